@@ -1,0 +1,138 @@
+//! An episode: what one robot observed on one path through one world, and what was true.
+
+use crate::camera::Camera;
+use crate::crop::Crop;
+use crate::instance::{InstanceId, Symmetry};
+use crate::se3::Pose;
+use crate::seed::Seed;
+use nalgebra::{Matrix6, Vector2};
+
+/// One run of a robot through one world.
+#[derive(Clone, Debug)]
+pub struct Episode {
+    /// What the robot has.
+    pub observations: Observations,
+    /// What only scoring, and training where the paper allows it, may read.
+    pub truth: Truth,
+}
+
+/// Everything an estimator may use: `H_k` of Eq. 1.
+#[derive(Clone, Debug)]
+pub struct Observations {
+    /// The seed that made this episode.
+    pub seed: Seed,
+    /// Seconds since the start, one a step, strictly increasing.
+    pub timestamps: Vec<f64>,
+    /// Intrinsics of the camera.
+    pub camera: Camera,
+    /// Where the camera sits on the robot (known calibration).
+    pub robot_from_camera: Pose,
+    /// `U`: one measurement between each pair of consecutive steps.
+    pub odometry: Vec<Odometry>,
+    /// `Z^g` and `Z^s`, ordered by step, then track.
+    pub detections: Vec<Detection>,
+}
+
+impl Observations {
+    /// Number of steps, which is the number of robot poses to estimate.
+    pub fn steps(&self) -> usize {
+        self.timestamps.len()
+    }
+
+    /// One more than the largest track, or 0.
+    pub fn tracks(&self) -> usize {
+        self.detections.iter().map(|d| d.track + 1).max().unwrap_or(0)
+    }
+}
+
+/// Measured motion of the robot between two steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Odometry {
+    /// Earlier step.
+    pub from: usize,
+    /// Later step.
+    pub to: usize,
+    /// `from_robot_from_to_robot`: the later robot's pose in the earlier robot's frame.
+    pub robot_from_robot: Pose,
+    /// Covariance of the right perturbation of `robot_from_robot`, rotation first.
+    pub covariance: Matrix6<f64>,
+}
+
+/// One object seen in one image.
+#[derive(Clone, Debug)]
+pub struct Detection {
+    /// The step at which it was seen.
+    pub step: usize,
+    /// Which object, by oracle association: equal tracks are the same object. Says nothing of its class.
+    pub track: usize,
+    /// Box of the visible mask.
+    pub bounding_box: BoundingBox,
+    /// Number of pixels of the visible mask.
+    pub mask_pixels: u32,
+    /// The crop with all but the object's own pixels black.
+    pub masked_crop: Crop,
+    /// The crop with its surroundings.
+    pub boxed_crop: Crop,
+}
+
+/// An axis-aligned box in pixels, `min` inclusive and `max` exclusive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundingBox {
+    /// Left and top edge.
+    pub min: Vector2<f64>,
+    /// Right and bottom edge.
+    pub max: Vector2<f64>,
+}
+
+impl BoundingBox {
+    /// The centre, pixels: the geometric measurement of Z^g.
+    pub fn center(&self) -> Vector2<f64> {
+        (self.min + self.max) / 2.0
+    }
+
+    /// The longer side, pixels.
+    pub fn side(&self) -> f64 {
+        (self.max.x - self.min.x).max(self.max.y - self.min.y)
+    }
+
+    /// Whether the box touches the border of the image, so that the object may go on beyond it.
+    pub fn is_truncated(&self, camera: &Camera) -> bool {
+        self.min.x <= 0.0
+            || self.min.y <= 0.0
+            || self.max.x >= f64::from(camera.width)
+            || self.max.y >= f64::from(camera.height)
+    }
+}
+
+/// Ground truth of an episode.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// The robot's pose at each step.
+    pub world_from_robot: Vec<Pose>,
+    /// The objects; a detection's track is its index here.
+    pub objects: Vec<ObjectTruth>,
+    /// Of each detection, in the order of [`Observations::detections`].
+    pub detections: Vec<DetectionTruth>,
+}
+
+/// Ground truth of one object.
+#[derive(Clone, Debug)]
+pub struct ObjectTruth {
+    /// The instance.
+    pub instance: InstanceId,
+    /// Name of its family.
+    pub family: String,
+    /// Its settled pose; origin at the centre of its bounding box, z up in its canonical frame.
+    pub world_from_object: Pose,
+    /// Diameter of its bounding sphere, metres.
+    pub size: f64,
+    /// Its symmetry about z.
+    pub symmetry: Symmetry,
+}
+
+/// Ground truth of one detection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectionTruth {
+    /// Visible share of the object's silhouette (pixels with occluders over pixels without), in `[0, 1]`.
+    pub visible_fraction: f64,
+}

@@ -1,0 +1,142 @@
+//! Rendering: `z_k` before the detector.
+//!
+//! Two renderers stand behind [`Renderer`]: [wgpu](wgpu) on any Vulkan driver (lavapipe on a machine without a GPU), and a
+//! plain-Rust [reference] rasterizer that gives the same bits on any CPU and is the oracle of the other.
+
+use crate::model::Model;
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vantage_dataset::{Camera, Pose};
+
+/// The id of a pixel on which nothing was drawn.
+pub const NO_OBJECT: u32 = 0;
+
+/// A model placed in the world.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// What to draw.
+    pub model: Arc<Model>,
+    /// Where.
+    pub world_from_model: Pose,
+    /// Value written to the id target; [`NO_OBJECT`] for surroundings.
+    pub id: u32,
+}
+
+/// A directional light and an ambient term, in linear light: `albedo * (ambient + diffuse * max(0, n . l))`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit vector towards the light, world frame.
+    pub direction: Vector3<f64>,
+    /// Ambient irradiance, linear RGB.
+    pub ambient: [f32; 3],
+    /// Irradiance of the directional light, linear RGB.
+    pub diffuse: [f32; 3],
+}
+
+/// Everything that is drawn.
+#[derive(Clone, Debug)]
+pub struct RenderScene {
+    /// The models.
+    pub placements: Vec<Placement>,
+    /// The light.
+    pub light: Light,
+    /// sRGB colour where nothing is drawn.
+    pub background: [u8; 3],
+}
+
+/// A camera in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot {
+    /// Intrinsics.
+    pub camera: Camera,
+    /// Extrinsics: OpenCV camera frame.
+    pub world_from_camera: Pose,
+}
+
+/// A rendered image; all buffers row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// sRGB, 3 bytes a pixel.
+    pub rgb: Vec<u8>,
+    /// Distance along the optical axis, metres; infinite where nothing was drawn.
+    pub depth: Vec<f32>,
+    /// Id of the nearest placement.
+    pub ids: Vec<u32>,
+}
+
+/// A square part of an image, rendered at its own resolution.
+#[derive(Clone, Copy, Debug)]
+pub struct TileShot<'a> {
+    /// What is drawn.
+    pub scene: &'a RenderScene,
+    /// The image of which the tile is a part.
+    pub shot: Shot,
+    /// Centre of the part, pixels of the shot (may lie outside the image).
+    pub center: [f64; 2],
+    /// Side of the part, pixels of the shot.
+    pub side: f64,
+    /// The id whose pixels are counted without occluders.
+    pub target: u32,
+}
+
+/// A rendered part of an image; buffers row-major, `side * side` pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    /// Pixels along each side.
+    pub side: u32,
+    /// sRGB, 3 bytes a pixel.
+    pub rgb: Vec<u8>,
+    /// Id of the nearest placement.
+    pub ids: Vec<u32>,
+    /// Pixels of the target if nothing else were there (amodal).
+    pub amodal_pixels: u32,
+}
+
+/// What draws, for manifests.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct RendererInfo {
+    /// `wgpu` or `reference`.
+    pub renderer: String,
+    /// Adapter name, or `cpu`.
+    pub adapter: String,
+    /// Driver name and version, empty for the reference.
+    pub driver: String,
+}
+
+/// A renderer.
+pub trait Renderer {
+    /// What it is and runs on.
+    fn info(&self) -> RendererInfo;
+
+    /// Renders one image.
+    fn frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError>;
+
+    /// Renders tiles of `side * side` pixels, in the order given.
+    fn tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError>;
+}
+
+/// Why rendering failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// No Vulkan driver was found.
+    #[error(
+        "no Vulkan adapter found ({detail}); install a driver, for example `apt-get install mesa-vulkan-drivers` \
+         for lavapipe, or use `--renderer reference`"
+    )]
+    NoAdapter {
+        /// What the loader said.
+        detail: String,
+    },
+    /// The device failed while rendering.
+    #[error("the graphics device `{adapter}` failed: {detail}")]
+    Device {
+        /// The adapter.
+        adapter: String,
+        /// What it said.
+        detail: String,
+    },
+}

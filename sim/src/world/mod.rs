@@ -1,0 +1,1 @@
+//! Worlds: rapier's step, the robot and its sensors.
