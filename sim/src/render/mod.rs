@@ -2,6 +2,13 @@
 //!
 //! Two renderers stand behind [`Renderer`]: [wgpu](wgpu) on any Vulkan driver (lavapipe on a machine without a GPU), and a
 //! plain-Rust [reference] rasterizer that gives the same bits on any CPU and is the oracle of the other.
+//!
+//! Both draw the same picture: triangles counter-clockwise on the image, nearest first (earlier placement on a tie), from
+//! [`NEAR`] to infinity; albedo filtered trilinearly in sRGB encoding with repeating coordinates; `n . l` interpolated from
+//! the corners; sums in linear light; one sample at each pixel's centre.
+
+mod bounds;
+pub mod reference;
 
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -10,6 +17,12 @@ use vantage_dataset::{Camera, Pose};
 
 /// The id of a pixel on which nothing was drawn.
 pub const NO_OBJECT: u32 = 0;
+
+/// Distance of the near plane along the optical axis, metres.
+pub const NEAR: f64 = 0.01;
+
+/// Greatest width and height of an image, pixels.
+pub const MAX_SIDE: u32 = 4096;
 
 /// A model placed in the world.
 #[derive(Clone, Debug)]
@@ -53,6 +66,20 @@ pub struct Shot {
     pub world_from_camera: Pose,
 }
 
+impl Shot {
+    fn check(&self) -> Result<(), RenderError> {
+        let Camera { width, height, fx, fy, cx, cy } = self.camera;
+        let sides = 1..=MAX_SIDE;
+        let pose = self.world_from_camera.to_homogeneous();
+        let sound = sides.contains(&width)
+            && sides.contains(&height)
+            && fx > 0.0
+            && fy > 0.0
+            && [fx, fy, cx, cy].iter().chain(pose.iter()).all(|number| number.is_finite());
+        if sound { Ok(()) } else { Err(RenderError::Shot { width, height, fx, fy, cx, cy }) }
+    }
+}
+
 /// A rendered image; all buffers row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
@@ -83,6 +110,22 @@ pub struct TileShot<'a> {
     pub target: u32,
 }
 
+impl TileShot<'_> {
+    /// The shot whose image of `side * side` pixels is this part.
+    pub fn window(&self, side: u32) -> Shot {
+        let scale = f64::from(side) / self.side;
+        let camera = Camera {
+            width: side,
+            height: side,
+            fx: self.shot.camera.fx * scale,
+            fy: self.shot.camera.fy * scale,
+            cx: (self.shot.camera.cx - self.center[0] + self.side / 2.0) * scale,
+            cy: (self.shot.camera.cy - self.center[1] + self.side / 2.0) * scale,
+        };
+        Shot { camera, world_from_camera: self.shot.world_from_camera }
+    }
+}
+
 /// A rendered part of an image; buffers row-major, `side * side` pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
@@ -108,7 +151,7 @@ pub struct RendererInfo {
 }
 
 /// A renderer.
-pub trait Renderer {
+pub trait Renderer: Send {
     /// What it is and runs on.
     fn info(&self) -> RendererInfo;
 
@@ -130,6 +173,25 @@ pub enum RenderError {
     NoAdapter {
         /// What the loader said.
         detail: String,
+    },
+    /// The camera cannot take an image.
+    #[error(
+        "cannot render {width}x{height} pixels with fx {fx}, fy {fy}, cx {cx}, cy {cy}: expected sides of 1 to {MAX_SIDE} \
+         pixels, positive focal lengths, and finite numbers in intrinsics and pose"
+    )]
+    Shot {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+        /// Focal length along x.
+        fx: f64,
+        /// Focal length along y.
+        fy: f64,
+        /// Principal point, x.
+        cx: f64,
+        /// Principal point, y.
+        cy: f64,
     },
     /// The device failed while rendering.
     #[error("the graphics device `{adapter}` failed: {detail}")]

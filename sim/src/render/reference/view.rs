@@ -1,0 +1,97 @@
+//! How one placement is seen: from the model's frame to pixels and light.
+
+use super::super::{Light, NEAR, Placement, Shot};
+use nalgebra::Matrix3x4;
+
+/// Subpixels of a pixel, as on GPUs.
+pub(super) const SUBPIXELS: i32 = 256;
+
+/// Farthest pixel coordinate that the rasterizer's integers carry; what lies beyond is clipped.
+pub(super) const GUARD: f64 = 8192.0;
+
+/// Sides of the window on which a vertex lies outside.
+pub(super) mod outside {
+    pub const LEFT: u8 = 1;
+    pub const RIGHT: u8 = 2;
+    pub const TOP: u8 = 4;
+    pub const BOTTOM: u8 = 8;
+    pub const NEAR: u8 = 16;
+    /// Of the guard band, not of the window.
+    pub const GUARD: u8 = 32;
+}
+
+/// A projected vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    /// Position in subpixels; unset where clipping is needed.
+    pub x: i32,
+    /// Likewise.
+    pub y: i32,
+    /// 1 / depth, 1/m; unset where clipping is needed.
+    pub inverse_depth: f32,
+    /// Bits of [`outside`].
+    pub outside: u8,
+}
+
+/// A placement before a camera.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    /// `(column * depth, row * depth, depth)` of a homogeneous point of the model.
+    pixels_from_model: Matrix3x4<f64>,
+    light_in_model: [f32; 3],
+    width: f64,
+    height: f64,
+}
+
+impl View {
+    pub fn new(shot: &Shot, placement: &Placement, light: &Light) -> Self {
+        let camera = &shot.camera;
+        let camera_from_model = shot.world_from_camera.inv_mul(&placement.world_from_model).to_homogeneous();
+        let (x, y, z) = (camera_from_model.row(0), camera_from_model.row(1), camera_from_model.row(2));
+        let pixels_from_model =
+            Matrix3x4::from_rows(&[x * camera.fx + z * camera.cx, y * camera.fy + z * camera.cy, z.into()]);
+        let light_in_model = placement.world_from_model.rotation.inverse() * light.direction;
+        Self {
+            pixels_from_model,
+            light_in_model: [light_in_model.x as f32, light_in_model.y as f32, light_in_model.z as f32],
+            width: f64::from(camera.width),
+            height: f64::from(camera.height),
+        }
+    }
+
+    /// `[column * depth, row * depth, depth]`.
+    pub fn homogeneous(&self, position: [f32; 3]) -> [f64; 3] {
+        let [x, y, z] = position.map(f64::from);
+        let m = &self.pixels_from_model;
+        std::array::from_fn(|row| m[(row, 0)] * x + m[(row, 1)] * y + (m[(row, 2)] * z + m[(row, 3)]))
+    }
+
+    pub fn vertex(&self, position: [f32; 3]) -> Vertex {
+        let [x, y, z] = self.homogeneous(position);
+        let bit = |condition: bool, bit: u8| if condition { bit } else { 0 };
+        let mut sides = bit(x < 0.0, outside::LEFT)
+            | bit(x > self.width * z, outside::RIGHT)
+            | bit(y < 0.0, outside::TOP)
+            | bit(y > self.height * z, outside::BOTTOM);
+        if z < NEAR {
+            return Vertex { x: 0, y: 0, inverse_depth: 0.0, outside: sides | outside::NEAR };
+        }
+        let inverse = 1.0 / z;
+        let (column, row) = (x * inverse, y * inverse);
+        sides |= bit(column.abs() > GUARD || row.abs() > GUARD, outside::GUARD);
+        Vertex { x: snap(column), y: snap(row), inverse_depth: inverse as f32, outside: sides }
+    }
+
+    /// `n . l`.
+    pub fn incidence(&self, normal: [f32; 3]) -> f32 {
+        let l = self.light_in_model;
+        normal[0] * l[0] + normal[1] * l[1] + normal[2] * l[2]
+    }
+}
+
+/// The nearest subpixel, halves up.
+pub(super) fn snap(pixels: f64) -> i32 {
+    // Made positive, so that the cast, which truncates, takes the floor: f64::floor is a call on SSE2.
+    const ABOVE_ZERO: i32 = 2 * GUARD as i32 * SUBPIXELS;
+    (pixels * f64::from(SUBPIXELS) + (f64::from(ABOVE_ZERO) + 0.5)) as i32 - ABOVE_ZERO
+}
