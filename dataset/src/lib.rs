@@ -14,6 +14,7 @@ pub mod episode;
 pub mod instance;
 pub mod se3;
 pub mod seed;
+pub mod store;
 pub mod viewpoint;
 pub mod views;
 

@@ -1,0 +1,164 @@
+//! What can go wrong with stored data: where, what was found, what was expected, and the remedy.
+
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// How many characters of a foreign file go into a message.
+const SHOWN: usize = 200;
+
+/// One datum that is not as the format says.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}{}, {field}: got {got}, expected {expected}", .line.map(|l| format!(", line {l}")).unwrap_or_default())]
+pub struct Fault {
+    /// The file, relative to its folder.
+    pub file: String,
+    /// Line of a text file, counted from 1.
+    pub line: Option<u64>,
+    /// The column or field.
+    pub field: String,
+    /// What it holds.
+    pub got: String,
+    /// What the format asks for.
+    pub expected: String,
+}
+
+impl Fault {
+    pub(super) fn new(
+        file: &str,
+        line: Option<u64>,
+        field: impl Into<String>,
+        got: impl ToString,
+        expected: impl Into<String>,
+    ) -> Self {
+        let file = file.to_owned();
+        let got = got.to_string();
+        let got = got.char_indices().nth(SHOWN).map_or(got.clone(), |(end, _)| format!("{}...", &got[..end]));
+        Self { file, line, field: field.into(), got, expected: expected.into() }
+    }
+}
+
+/// Why stored data could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The disk is full, or the place cannot be written.
+    #[error("cannot write {}: {source}; {}", path.display(), write_remedy(source.kind()))]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The system could not read a file that is there.
+    #[error("cannot read {}: {source}; check that it exists and may be read", path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// There is no manifest, which is written last.
+    #[error(
+        "{} holds no manifest.json: it was never finished, or is no dataset folder; write it again",
+        folder.display()
+    )]
+    Unfinished {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A later version of the program wrote this.
+    #[error(
+        "{} has format {found}, and this version reads up to {supported}; \
+         use the version that wrote it, or another folder (nothing was changed)",
+        path.display()
+    )]
+    Newer {
+        /// The file that holds the format.
+        path: PathBuf,
+        /// Its format.
+        found: u64,
+        /// The newest format known here.
+        supported: u32,
+    },
+    /// A file is not the one that was written: lost, cut short, or changed.
+    #[error("{} is damaged: got {got}, expected {expected}; write its folder again", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What it is now.
+        got: String,
+        /// What the manifest says.
+        expected: String,
+    },
+    /// A file holds what the format forbids.
+    #[error("{}/{fault}; write the folder again, or mend the program that wrote it", folder.display())]
+    Invalid {
+        /// The folder.
+        folder: PathBuf,
+        /// What is wrong in it.
+        fault: Box<Fault>,
+    },
+    /// What was to be written breaks the format; nothing was written.
+    #[error("refused to write {}/{fault}; mend the program that made it", folder.display())]
+    Unfit {
+        /// The folder.
+        folder: PathBuf,
+        /// What is wrong with it.
+        fault: Box<Fault>,
+    },
+    /// The inputs of a stage cannot be put into a cache key.
+    #[error("no cache key for stage {stage:?}: {reason}; mend the program that names the stage")]
+    Key {
+        /// The stage.
+        stage: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+impl StoreError {
+    /// The exit code a program should end with: 5 stored data invalid, 6 cannot write, 70 a bug.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Write { .. } => 6,
+            Self::Read { .. }
+            | Self::Unfinished { .. }
+            | Self::Newer { .. }
+            | Self::Damaged { .. }
+            | Self::Invalid { .. } => 5,
+            Self::Unfit { .. } | Self::Key { .. } => 70,
+        }
+    }
+
+    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        |source| Self::Write { path, source }
+    }
+
+    pub(super) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        |source| Self::Read { path, source }
+    }
+
+    pub(super) fn invalid(folder: &Path) -> impl FnOnce(Fault) -> Self {
+        let folder = folder.to_owned();
+        |fault| Self::Invalid { folder, fault: Box::new(fault) }
+    }
+
+    pub(super) fn unfit(folder: &Path) -> impl FnOnce(Fault) -> Self {
+        let folder = folder.to_owned();
+        |fault| Self::Unfit { folder, fault: Box::new(fault) }
+    }
+}
+
+fn write_remedy(kind: ErrorKind) -> &'static str {
+    match kind {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "free some space and run again: what was finished is kept"
+        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "choose a folder that you may write to"
+        }
+        ErrorKind::NotADirectory | ErrorKind::AlreadyExists => "a file is in the way: choose another folder",
+        _ => "check the disk, or choose another folder",
+    }
+}

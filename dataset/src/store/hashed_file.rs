@@ -1,0 +1,180 @@
+//! Files that are hashed while they are written and read.
+
+use super::error::{Fault, StoreError};
+use super::manifest::FileRecord;
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
+use std::path::{Component, Path, PathBuf};
+
+const BUFFER: usize = 1 << 16;
+
+/// A stream that hashes and counts the bytes that pass.
+pub(super) struct Hashing<F> {
+    inner: F,
+    hasher: blake3::Hasher,
+    bytes: u64,
+}
+
+impl<F> Hashing<F> {
+    fn new(inner: F) -> Self {
+        Self { inner, hasher: blake3::Hasher::new(), bytes: 0 }
+    }
+
+    fn pass(&mut self, bytes: &[u8]) {
+        self.hasher.update(bytes);
+        self.bytes += bytes.len() as u64;
+    }
+
+    fn record(&self) -> FileRecord {
+        FileRecord { bytes: self.bytes, blake3: self.hasher.finalize().to_hex().to_string() }
+    }
+}
+
+impl<F: Write> Write for Hashing<F> {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        let written = self.inner.write(buffer)?;
+        self.pass(&buffer[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl<F: Read> Read for Hashing<F> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.inner.read(buffer)?;
+        self.pass(&buffer[..read]);
+        Ok(read)
+    }
+}
+
+/// Where a file's bytes go.
+pub(super) type Sink = BufWriter<Hashing<File>>;
+/// Where a file's bytes come from.
+pub(super) type Source = BufReader<Hashing<File>>;
+
+/// Writes `path` with `fill`, to disk and not just to the system's buffers.
+pub(super) fn write_hashed(
+    path: &Path,
+    fill: impl FnOnce(&mut Sink) -> io::Result<()>,
+) -> Result<FileRecord, StoreError> {
+    let write = || {
+        let mut sink = BufWriter::with_capacity(BUFFER, Hashing::new(File::create(path)?));
+        fill(&mut sink)?;
+        let hashing = sink.into_inner().map_err(io::IntoInnerError::into_error)?;
+        hashing.inner.sync_all()?;
+        Ok(hashing.record())
+    };
+    write().map_err(StoreError::write(path))
+}
+
+/// Parses `folder/name` in one pass and proves that the bytes parsed are those of `record`.
+///
+/// Damage is told before what the parser makes of the damaged bytes.
+pub(super) fn read_verified<T>(
+    folder: &Path,
+    name: &str,
+    record: &FileRecord,
+    parse: impl FnOnce(&mut Source) -> Result<T, StoreError>,
+) -> Result<T, StoreError> {
+    let path = regular_file(folder, name)?;
+    let damaged = |got: String, expected: String| StoreError::Damaged { path: path.clone(), got, expected };
+    let file = File::open(&path).map_err(StoreError::read(&path))?;
+    let bytes = file.metadata().map_err(StoreError::read(&path))?.len();
+    if bytes != record.bytes {
+        return Err(damaged(format!("{bytes} bytes"), format!("{} bytes", record.bytes)));
+    }
+    let mut source = BufReader::with_capacity(BUFFER, Hashing::new(file));
+    let parsed = parse(&mut source);
+    io::copy(&mut source, &mut io::sink()).map_err(StoreError::read(&path))?;
+    let found = source.get_ref().record();
+    if found != *record {
+        return Err(damaged(format!("blake3 {}", found.blake3), format!("blake3 {}", record.blake3)));
+    }
+    parsed
+}
+
+/// Hashes a file that somebody else wrote, and sees it to disk.
+pub(super) fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
+    let mut source = Hashing::new(File::open(path).map_err(StoreError::read(path))?);
+    let mut buffer = vec![0; BUFFER];
+    while source.read(&mut buffer).map_err(StoreError::read(path))? > 0 {}
+    source.inner.sync_all().map_err(StoreError::write(path))?;
+    Ok(source.record())
+}
+
+/// The path of `name` in `folder`: a regular file that no link or `..` leads out of it.
+fn regular_file(folder: &Path, name: &str) -> Result<PathBuf, StoreError> {
+    inside(name).map_err(StoreError::invalid(folder))?;
+    let mut path = folder.to_owned();
+    let parts: Vec<_> = Path::new(name).components().collect();
+    for (i, part) in parts.iter().enumerate() {
+        path.push(part);
+        let kind = match fs::symlink_metadata(&path) {
+            Ok(metadata) => metadata.file_type(),
+            Err(source) if source.kind() == ErrorKind::NotFound => {
+                let (got, expected) = ("no file".to_owned(), "a file".to_owned());
+                return Err(StoreError::Damaged { path: folder.join(name), got, expected });
+            }
+            Err(source) => return Err(StoreError::Read { path, source }),
+        };
+        let right = if i + 1 == parts.len() { kind.is_file() } else { kind.is_dir() };
+        if !right {
+            let fault = Fault::new(name, None, "type", format!("{kind:?}"), "a regular file, not a link");
+            return Err(StoreError::invalid(folder)(fault));
+        }
+    }
+    Ok(path)
+}
+
+/// Refuses a file name that could lead out of its folder.
+pub(super) fn inside(name: &str) -> Result<(), Fault> {
+    let plain = !name.is_empty()
+        && !name.contains(['\\', ':', '\0', char::REPLACEMENT_CHARACTER])
+        && name.split('/').all(|part| !part.is_empty())
+        && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    let fault = || Fault::new(name, None, "name", format!("{name:?}"), "a plain path inside the folder");
+    plain.then_some(()).ok_or_else(fault)
+}
+
+/// Puts `bytes` at `path` whole or not at all: temporary file, fsync, rename, fsync of the folder.
+pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".tmp");
+    let temporary = PathBuf::from(temporary);
+    write_hashed(&temporary, |sink| sink.write_all(bytes))?;
+    fs::rename(&temporary, path).map_err(StoreError::write(path))?;
+    path.parent().map_or(Ok(()), sync_folder)
+}
+
+/// Makes the names in a folder outlive a power cut.
+pub(super) fn sync_folder(folder: &Path) -> Result<(), StoreError> {
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(StoreError::write(folder))
+}
+
+/// Makes a folder and its parents.
+pub(super) fn make_folder(folder: &Path) -> Result<(), StoreError> {
+    fs::create_dir_all(folder).map_err(StoreError::write(folder))
+}
+
+/// Removes a file if it is there.
+pub(super) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != ErrorKind::NotFound => Err(StoreError::write(path)(source)),
+        _ => Ok(()),
+    }
+}
+
+/// Reads a file of at most `limit` bytes whole.
+pub(super) fn read_small(path: &Path, limit: u64) -> Result<Vec<u8>, StoreError> {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
+    read.map_err(StoreError::read(path))?;
+    if bytes.len() as u64 > limit {
+        let (got, expected) = (format!("over {limit} bytes"), format!("at most {limit} bytes"));
+        return Err(StoreError::Damaged { path: path.to_owned(), got, expected });
+    }
+    Ok(bytes)
+}

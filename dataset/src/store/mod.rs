@@ -1,0 +1,35 @@
+//! The on-disk store: episodes, view sets, and the cache of stages.
+//!
+//! One folder holds one [`Episode`](crate::Episode) or one [`ViewSet`](crate::ViewSet), in the layout of
+//! `docs/dataset.md`. Every float is written with the fewest digits that read back to the same bits. The
+//! manifest names and hashes every other file and is written last, so that a folder without one was never
+//! finished. Ground truth has files of its own: [`read_observations`] works where `truth/` is absent.
+//!
+//! Reading trusts nothing: hashes, shapes, ranges and counts are checked before a value leaves this module,
+//! and nothing is allocated by a declared size before that size agrees with the file's.
+
+mod cache;
+mod check;
+mod episode;
+mod error;
+mod hashed_file;
+mod instance_fields;
+mod manifest;
+mod npy;
+mod pose_fields;
+mod table;
+mod tum;
+mod views;
+
+#[cfg(test)]
+mod tests;
+
+pub use cache::{Cache, Entry, Key, Origin, Waiting};
+pub use episode::{read_episode, read_observations, read_truth, write_episode};
+pub use error::{Fault, StoreError};
+pub use manifest::{Content, FileRecord, Manifest, Provenance, read_manifest, verify};
+pub use tum::write_tum;
+pub use views::{read_views, write_views};
+
+/// The format this version writes, and the newest it reads; every manifest and every cache key holds it.
+pub const FORMAT: u32 = 1;

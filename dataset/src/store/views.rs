@@ -1,0 +1,109 @@
+//! View sets on disk.
+
+use super::check;
+use super::error::StoreError;
+use super::hashed_file::{make_folder, read_verified, write_hashed};
+use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_id, parse_symmetry, show_id, show_symmetry};
+use super::manifest::{Content, Manifest, Provenance, read_manifest, withdraw};
+use super::npy::{read_crops, write_crops};
+use super::table::{Style, Table};
+use crate::views::InstanceRecord;
+use crate::{View, ViewSet, Viewpoint};
+use nalgebra::Vector3;
+use std::path::Path;
+
+const CROPS: &str = "crops.npy";
+
+pub(super) const INSTANCES: Table =
+    Table { file: "instances.csv", columns: &["instance", "id", "family", "symmetry"], style: Style::Csv };
+
+pub(super) const VIEWS: Table = Table {
+    file: "views.csv",
+    columns: &[
+        "instance",
+        "session",
+        "direction_x",
+        "direction_y",
+        "direction_z",
+        "roll",
+        "log_distance",
+        "visible_fraction",
+        "box_center_error_x",
+        "box_center_error_y",
+    ],
+    style: Style::Csv,
+};
+
+/// Writes a view set into `folder`, which is made if need be; what it held of a view set is replaced.
+pub fn write_views(folder: &Path, set: &ViewSet, provenance: Provenance) -> Result<Manifest, StoreError> {
+    check::view_set(set).map_err(StoreError::unfit(folder))?;
+    make_folder(folder)?;
+    withdraw(folder)?;
+    let crops =
+        write_hashed(&folder.join(CROPS), |sink| write_crops(sink, set.views.iter().map(|v| &v.crop)))?;
+    let instances = write_hashed(&folder.join(INSTANCES.file), |sink| {
+        INSTANCES.write(sink, set.instances.iter().enumerate(), |row, (i, instance)| {
+            row.put(i)?;
+            row.put(show_id(instance.id))?;
+            row.put(&instance.family)?;
+            row.put(show_symmetry(instance.symmetry))
+        })
+    })?;
+    let views = write_hashed(&folder.join(VIEWS.file), |sink| {
+        VIEWS.write(sink, &set.views, |row, view| {
+            row.put(view.instance)?;
+            row.put(view.session)?;
+            row.put_floats(&view.viewpoint.direction)?;
+            row.put_floats([&view.viewpoint.roll, &view.viewpoint.log_distance, &view.visible_fraction])?;
+            row.put_floats(&view.box_center_error)
+        })
+    })?;
+    let files = [(CROPS, crops), (INSTANCES.file, instances), (VIEWS.file, views)];
+    let files = files.map(|(name, record)| (name.to_owned(), record)).into();
+    let counts = [("instances", set.instances.len()), ("views", set.views.len())];
+    Manifest::new(Content::Views { split: set.split }, counts, files, provenance).commit(folder)
+}
+
+/// Reads a view set, bit for bit as it was written.
+pub fn read_views(folder: &Path) -> Result<ViewSet, StoreError> {
+    let manifest = read_manifest(folder)?;
+    let Content::Views { split } = manifest.content else {
+        return Err(manifest.not_the_kind(folder, "a view set"));
+    };
+    let instances = manifest.read_table(folder, &INSTANCES, |row| {
+        row.take_index()?;
+        Ok(InstanceRecord {
+            id: row.take_with(INSTANCE_ID, parse_id)?,
+            family: row.take("a name")?,
+            symmetry: row.take_with(SYMMETRY, parse_symmetry)?,
+        })
+    })?;
+    let rows = manifest.read_table(folder, &VIEWS, |row| {
+        let (instance, session) = (row.take("an instance")?, row.take("a session")?);
+        let direction = Vector3::from(row.take_floats::<3>()?);
+        let [roll, log_distance, visible_fraction] = row.take_floats()?;
+        let viewpoint = Viewpoint { direction, roll, log_distance };
+        Ok((instance, session, viewpoint, visible_fraction, row.take_floats()?))
+    })?;
+    manifest.check_count(folder, "instances", instances.len())?;
+    manifest.check_count(folder, "views", rows.len())?;
+    let record = manifest.file(folder, CROPS)?;
+    let crops = read_verified(folder, CROPS, record, |source| {
+        read_crops(source, folder, CROPS, record.bytes, rows.len())
+    })?;
+    let views = rows
+        .into_iter()
+        .zip(crops)
+        .map(|((instance, session, viewpoint, visible_fraction, box_center_error), crop)| View {
+            instance,
+            session,
+            viewpoint,
+            crop,
+            visible_fraction,
+            box_center_error,
+        })
+        .collect();
+    let set = ViewSet { split, instances, views };
+    check::view_set(&set).map_err(StoreError::invalid(folder))?;
+    Ok(set)
+}
