@@ -8,7 +8,10 @@
 //! the corners; sums in linear light; one sample at each pixel's centre.
 
 mod bounds;
+pub mod choice;
+mod projection;
 pub mod reference;
+pub mod wgpu;
 
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -31,7 +34,7 @@ pub struct Placement {
     pub model: Arc<Model>,
     /// Where.
     pub world_from_model: Pose,
-    /// Value written to the id target; [`NO_OBJECT`] for surroundings.
+    /// Value written to the id target, below `u32::MAX`; [`NO_OBJECT`] for surroundings.
     pub id: u32,
 }
 

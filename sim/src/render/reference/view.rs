@@ -1,5 +1,6 @@
 //! How one placement is seen: from the model's frame to pixels and light.
 
+use super::super::projection::{light_in_model, pixels_from_model};
 use super::super::{Light, NEAR, Placement, Shot};
 use nalgebra::Matrix3x4;
 
@@ -36,7 +37,6 @@ pub(super) struct Vertex {
 /// A placement before a camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
-    /// `(column * depth, row * depth, depth)` of a homogeneous point of the model.
     pixels_from_model: Matrix3x4<f64>,
     light_in_model: [f32; 3],
     width: f64,
@@ -45,17 +45,11 @@ pub(super) struct View {
 
 impl View {
     pub fn new(shot: &Shot, placement: &Placement, light: &Light) -> Self {
-        let camera = &shot.camera;
-        let camera_from_model = shot.world_from_camera.inv_mul(&placement.world_from_model).to_homogeneous();
-        let (x, y, z) = (camera_from_model.row(0), camera_from_model.row(1), camera_from_model.row(2));
-        let pixels_from_model =
-            Matrix3x4::from_rows(&[x * camera.fx + z * camera.cx, y * camera.fy + z * camera.cy, z.into()]);
-        let light_in_model = placement.world_from_model.rotation.inverse() * light.direction;
         Self {
-            pixels_from_model,
-            light_in_model: [light_in_model.x as f32, light_in_model.y as f32, light_in_model.z as f32],
-            width: f64::from(camera.width),
-            height: f64::from(camera.height),
+            pixels_from_model: pixels_from_model(shot, placement),
+            light_in_model: light_in_model(light, placement),
+            width: f64::from(shot.camera.width),
+            height: f64::from(shot.camera.height),
         }
     }
 

@@ -1,0 +1,214 @@
+//! A renderer on any Vulkan driver, a GPU's or lavapipe.
+//!
+//! Filtering and transfer curves are computed in the shader as the [reference](super::reference) computes them, so that only
+//! rounding and pixels on edges may differ.
+
+mod device;
+mod painter;
+mod pipeline;
+mod residency;
+mod target;
+
+use super::bounds::Bounds;
+use super::{Frame, NEAR, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
+use device::Gpu;
+use painter::{Painter, Viewport};
+use pipeline::Pipelines;
+use residency::Residency;
+use std::collections::BTreeMap;
+use target::{Pixels, Target};
+
+/// Side of the image that tiles are drawn into together, pixels.
+const ATLAS_SIDE: u32 = 1024;
+
+/// Sizes of targets that are kept.
+const TARGETS: usize = 8;
+
+/// The wgpu renderer.
+#[derive(Debug)]
+pub struct WgpuRenderer {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    residency: Residency,
+    targets: BTreeMap<(u32, u32), Target>,
+    bounds: Bounds,
+}
+
+impl WgpuRenderer {
+    /// Opens a device (the one that `WGPU_ADAPTER_NAME` names, if set) and compiles the shaders.
+    pub fn new() -> Result<Self, RenderError> {
+        let gpu = Gpu::open()?;
+        let residency = Residency::new(&gpu);
+        let pipelines = Pipelines::new(&gpu, &residency.textures);
+        gpu.check()?;
+        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new(), bounds: Bounds::default() })
+    }
+
+    /// Makes sure that a target of a size exists.
+    fn keep_target(&mut self, size: (u32, u32)) {
+        if !self.targets.contains_key(&size) {
+            if self.targets.len() == TARGETS {
+                self.targets.clear();
+            }
+            self.targets.insert(size, Target::new(&self.gpu, size.0, size.1));
+        }
+    }
+}
+
+impl Renderer for WgpuRenderer {
+    fn info(&self) -> RendererInfo {
+        self.gpu.info()
+    }
+
+    fn frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
+        shot.check()?;
+        self.gpu.check()?;
+        self.bounds.learn(&scene.placements);
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        self.keep_target((width, height));
+        let target = &self.targets[&(width, height)];
+        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target);
+        for placement in &scene.placements {
+            if self.bounds.meets(placement, shot) {
+                painter.draw([0, 0, width, height], shot, &scene.light, placement, false)?;
+            }
+        }
+        let submission = painter.finish(0, true);
+        target.read(&self.gpu, 0, submission, |pixels| frame(pixels, scene, width, height))
+    }
+
+    fn tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
+        self.gpu.check()?;
+        for shot in shots {
+            shot.window(side).check()?;
+            self.bounds.learn(&shot.scene.placements);
+        }
+        let columns = (ATLAS_SIDE / side.max(1)).max(1);
+        let mut tiles = Vec::with_capacity(shots.len());
+        let mut drawn: Option<Atlas<'_>> = None;
+        for (index, shots) in shots.chunks((columns * columns) as usize).enumerate() {
+            let rows = (shots.len() as u32).div_ceil(columns).next_power_of_two().min(columns);
+            let size = (columns * side, rows * side);
+            self.keep_target(size);
+            let atlas = self.draw_atlas(shots, side, size, index % 2)?;
+            if let Some(previous) = drawn.replace(atlas) {
+                self.read_atlas(previous, &mut tiles)?;
+            }
+        }
+        if let Some(last) = drawn {
+            self.read_atlas(last, &mut tiles)?;
+        }
+        Ok(tiles)
+    }
+}
+
+/// Tiles that are being drawn.
+#[derive(Debug)]
+struct Atlas<'a> {
+    shots: &'a [TileShot<'a>],
+    side: u32,
+    size: (u32, u32),
+    slot: usize,
+    submission: wgpu::SubmissionIndex,
+}
+
+impl WgpuRenderer {
+    fn draw_atlas<'a>(
+        &mut self,
+        shots: &'a [TileShot<'a>],
+        side: u32,
+        size: (u32, u32),
+        slot: usize,
+    ) -> Result<Atlas<'a>, RenderError> {
+        let target = &self.targets[&size];
+        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target);
+        for target_first in [true, false] {
+            for (shot, viewport) in shots.iter().zip(viewports(size.0, side)) {
+                let window = shot.window(side);
+                for placement in &shot.scene.placements {
+                    if (placement.id == shot.target) == target_first && self.bounds.meets(placement, &window)
+                    {
+                        painter.draw(viewport, &window, &shot.scene.light, placement, target_first)?;
+                    }
+                }
+            }
+        }
+        let submission = painter.finish(slot, false);
+        Ok(Atlas { shots, side, size, slot, submission })
+    }
+
+    fn read_atlas(&self, atlas: Atlas<'_>, tiles: &mut Vec<Tile>) -> Result<(), RenderError> {
+        let Atlas { shots, side, size, slot, submission } = atlas;
+        self.targets[&size].read(&self.gpu, slot, submission, |pixels| {
+            for (shot, viewport) in shots.iter().zip(viewports(size.0, side)) {
+                tiles.push(tile(pixels, shot.scene, viewport));
+            }
+        })
+    }
+}
+
+/// The places of tiles in an atlas, row by row.
+fn viewports(width: u32, side: u32) -> impl Iterator<Item = Viewport> {
+    let columns = width / side;
+    (0..).map(move |index: u32| [index % columns * side, index / columns * side, side, side])
+}
+
+fn frame(pixels: &Pixels<'_>, scene: &RenderScene, width: u32, height: u32) -> Frame {
+    let (rgb, ids) = picture(pixels, scene, [0, 0, width, height]);
+    let depth = (0..height)
+        .flat_map(|row| pixels.nearness(0, row, width))
+        .map(|nearness| NEAR as f32 / nearness)
+        .collect();
+    Frame { width, height, rgb, depth, ids }
+}
+
+fn tile(pixels: &Pixels<'_>, scene: &RenderScene, viewport: Viewport) -> Tile {
+    let [column, row, side, _] = viewport;
+    let (rgb, ids) = picture(pixels, scene, viewport);
+    let amodal_pixels = (row..row + side)
+        .flat_map(|row| pixels.colors(column, row, side))
+        .map(|&[.., mark]| u32::from(mark != 0))
+        .sum();
+    Tile { side, rgb, ids, amodal_pixels }
+}
+
+/// sRGB bytes and ids of a viewport, row-major.
+fn picture(pixels: &Pixels<'_>, scene: &RenderScene, viewport: Viewport) -> (Vec<u8>, Vec<u32>) {
+    let [column, row, width, height] = viewport;
+    let count = width as usize * height as usize;
+    let mut rgb = Vec::with_capacity(3 * count);
+    let mut ids = Vec::with_capacity(count);
+    for row in row..row + height {
+        let colors = pixels.colors(column, row, width);
+        for (&[r, g, b, _], id) in colors.iter().zip(pixels.ids(column, row, width)) {
+            rgb.extend(if id.is_some() { [r, g, b] } else { scene.background });
+            ids.push(id.unwrap_or(NO_OBJECT));
+        }
+    }
+    (rgb, ids)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use vantage_dataset::{Camera, Pose};
+
+    #[test]
+    fn a_lost_device_is_an_error() {
+        let Ok(mut renderer) = WgpuRenderer::new() else {
+            println!("skipped: no Vulkan adapter");
+            return;
+        };
+        let light = super::super::Light { direction: Vector3::z(), ambient: [1.0; 3], diffuse: [0.0; 3] };
+        let scene = RenderScene { placements: Vec::new(), light, background: [1, 2, 3] };
+        let shot =
+            Shot { camera: Camera::with_horizontal_fov(16, 8, 1.0), world_from_camera: Pose::identity() };
+        assert_eq!(renderer.frame(&scene, &shot).unwrap().rgb[..3], [1, 2, 3]);
+        renderer.gpu.device.destroy();
+        for _ in 0..2 {
+            let error = renderer.frame(&scene, &shot).unwrap_err();
+            assert!(matches!(error, RenderError::Device { .. }), "{error}");
+        }
+    }
+}

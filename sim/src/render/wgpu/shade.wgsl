@@ -1,0 +1,79 @@
+// The picture of the reference renderer: see the render module's documentation.
+
+struct Item {
+    clip_from_model: mat4x4f,
+    light_in_model: vec3f,
+    layer: u32,
+    ambient: vec3f,
+    id: u32,
+    diffuse: vec3f,
+}
+
+@group(0) @binding(0) var<storage, read> items: array<Item>;
+@group(0) @binding(1) var textures: texture_2d_array<f32>;
+@group(0) @binding(2) var bilinear: sampler;
+
+struct Corner {
+    @builtin(position) position: vec4f,
+    @location(0) uv: vec2f,
+    @location(1) incidence: f32,
+    @location(2) @interpolate(flat) layer: u32,
+    @location(3) @interpolate(flat) id: u32,
+    @location(4) @interpolate(flat) ambient: vec3f,
+    @location(5) @interpolate(flat) diffuse: vec3f,
+}
+
+struct Pixel {
+    // Alpha marks the pixels of a tile's target: the other placements' pipeline does not write it.
+    @location(0) color: vec4f,
+    @location(1) id: u32,
+}
+
+@vertex
+fn project(
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @builtin(instance_index) index: u32,
+) -> Corner {
+    let item = items[index];
+    return Corner(
+        item.clip_from_model * vec4f(position, 1.0),
+        uv,
+        dot(normal, item.light_in_model),
+        item.layer,
+        item.id,
+        item.ambient,
+        item.diffuse,
+    );
+}
+
+// IEC 61966-2-1.
+fn decode(encoded: vec3f) -> vec3f {
+    return select(encoded / 12.92, pow((encoded + 0.055) / 1.055, vec3f(2.4)), encoded > vec3f(0.04045));
+}
+
+fn encode(linear: vec3f) -> vec3f {
+    return select(linear * 12.92, 1.055 * pow(linear, vec3f(1.0 / 2.4)) - 0.055, linear > vec3f(0.0031308));
+}
+
+// Level of detail and mixture are ours, since drivers approximate both.
+fn albedo(uv: vec2f, layer: u32) -> vec3f {
+    let size = vec2f(textureDimensions(textures));
+    let coarsest = f32(textureNumLevels(textures) - 1u);
+    let along_row = dpdx(uv) * size;
+    let along_column = dpdy(uv) * size;
+    let footprint = max(dot(along_row, along_row), dot(along_column, along_column));
+    let detail = clamp(0.5 * log2(footprint), 0.0, coarsest);
+    let level = floor(detail);
+    let fine = textureSampleLevel(textures, bilinear, uv, layer, level).rgb;
+    let coarse = textureSampleLevel(textures, bilinear, uv, layer, min(level + 1.0, coarsest)).rgb;
+    return mix(fine, coarse, detail - level);
+}
+
+@fragment
+fn shade(corner: Corner) -> Pixel {
+    let light = corner.ambient + corner.diffuse * max(corner.incidence, 0.0);
+    let linear = decode(albedo(corner.uv, corner.layer)) * light;
+    return Pixel(vec4f(encode(linear), 1.0), corner.id);
+}

@@ -1,0 +1,170 @@
+//! What is drawn into, and the way back from the device.
+
+use super::super::RenderError;
+use super::device::Gpu;
+use super::pipeline::{COLOR, DEPTH, ID};
+use std::sync::mpsc;
+
+/// Id of a pixel on which nothing was drawn, on the device.
+const NOTHING: u32 = u32::MAX;
+
+/// A colour, an id and a depth image of one size, and two buffers to read them through.
+#[derive(Debug)]
+pub(super) struct Target {
+    pub width: u32,
+    pub height: u32,
+    color: wgpu::Texture,
+    ids: wgpu::Texture,
+    depth: wgpu::Texture,
+    buffers: [wgpu::Buffer; 2],
+}
+
+impl Target {
+    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
+        let texture = |label, format| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let buffer = || {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("readback"),
+                size: 3 * plane_bytes(width, height),
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            width,
+            height,
+            color: texture("color", COLOR),
+            ids: texture("ids", ID),
+            depth: texture("depth", DEPTH),
+            buffers: [buffer(), buffer()],
+        }
+    }
+
+    /// A pass over the whole target; `fresh` forgets what was drawn.
+    pub fn pass<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
+        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+        let nothing = wgpu::Color { r: f64::from(NOTHING), ..wgpu::Color::TRANSPARENT };
+        let load = |clear| if fresh { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load };
+        let color_attachment = |view, clear| {
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: load(clear), store: wgpu::StoreOp::Store },
+            })
+        };
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("placements"),
+            color_attachments: &[
+                color_attachment(&view(&self.color), wgpu::Color::TRANSPARENT),
+                color_attachment(&view(&self.ids), nothing),
+            ],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &view(&self.depth),
+                depth_ops: Some(wgpu::Operations {
+                    load: if fresh { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        })
+    }
+
+    /// Copies colour and ids, and depth where wanted, to a buffer.
+    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, slot: usize, with_depth: bool) {
+        let planes = [&self.color, &self.ids, &self.depth];
+        for (index, texture) in planes.into_iter().take(if with_depth { 3 } else { 2 }).enumerate() {
+            encoder.copy_texture_to_buffer(
+                texture.as_image_copy(),
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &self.buffers[slot],
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: index as u64 * plane_bytes(self.width, self.height),
+                        bytes_per_row: Some(row_bytes(self.width)),
+                        rows_per_image: Some(self.height),
+                    },
+                },
+                texture.size(),
+            );
+        }
+    }
+
+    /// Waits for a submission that ended with [`copy`](Self::copy) and hands its pixels to `read`.
+    pub fn read<T>(
+        &self,
+        gpu: &Gpu,
+        slot: usize,
+        submission: wgpu::SubmissionIndex,
+        read: impl FnOnce(&Pixels<'_>) -> T,
+    ) -> Result<T, RenderError> {
+        let buffer = &self.buffers[slot];
+        let (sender, receiver) = mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
+            // The receiver is gone only when waiting failed, which is reported.
+            let _ = sender.send(mapped);
+        });
+        gpu.wait(submission)?;
+        let mapped = receiver.try_recv();
+        if !matches!(mapped, Ok(Ok(()))) {
+            return Err(gpu.failed("the picture could not be mapped into memory"));
+        }
+        let view = buffer.get_mapped_range(..).map_err(|error| gpu.failed(error.to_string()))?;
+        let result = read(&Pixels { bytes: &view, width: self.width, height: self.height });
+        drop(view);
+        buffer.unmap();
+        Ok(result)
+    }
+}
+
+/// A target's pixels in memory.
+#[derive(Debug)]
+pub(super) struct Pixels<'a> {
+    bytes: &'a [u8],
+    width: u32,
+    height: u32,
+}
+
+impl Pixels<'_> {
+    /// RGB with the mark in alpha, of `width` pixels from `(column, row)`.
+    pub fn colors(&self, column: u32, row: u32, width: u32) -> &[[u8; 4]] {
+        self.pixels(0, column, row, width).as_chunks().0
+    }
+
+    /// Ids likewise; `None` where nothing was drawn.
+    pub fn ids(&self, column: u32, row: u32, width: u32) -> impl Iterator<Item = Option<u32>> + '_ {
+        let ids = self.pixels(1, column, row, width).as_chunks().0;
+        ids.iter().map(|&bytes| Some(u32::from_le_bytes(bytes)).filter(|&id| id != NOTHING))
+    }
+
+    /// `NEAR / depth` likewise.
+    pub fn nearness(&self, column: u32, row: u32, width: u32) -> impl Iterator<Item = f32> + '_ {
+        self.pixels(2, column, row, width).as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes))
+    }
+
+    fn pixels(&self, plane: u64, column: u32, row: u32, width: u32) -> &[u8] {
+        let start = plane * plane_bytes(self.width, self.height)
+            + u64::from(row) * u64::from(row_bytes(self.width))
+            + 4 * u64::from(column);
+        &self.bytes[start as usize..][..4 * width as usize]
+    }
+}
+
+fn row_bytes(width: u32) -> u32 {
+    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}
+
+fn plane_bytes(width: u32, height: u32) -> u64 {
+    u64::from(row_bytes(width)) * u64::from(height)
+}
