@@ -1,0 +1,160 @@
+//! The command line of `bench`.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Benchmark for SLAM with learned, viewpoint-dependent object semantics.
+#[derive(Clone, Debug, PartialEq, Parser)]
+#[command(name = "bench", version)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What `bench` does.
+#[derive(Clone, Debug, PartialEq, Subcommand)]
+pub enum Command {
+    /// Prints the JSON schema (draft 07) of scene files.
+    Schema,
+}
+
+/// `bench SCENE`: from a scene file to tables.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct RunArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder that gets a folder of results by the scene's name.
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// How it is made.
+    #[command(flatten)]
+    pub stages: StageArgs,
+}
+
+/// `bench check SCENE`: fresh results against the committed ones.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct CheckArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder of the committed results.
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub baseline: PathBuf,
+    /// How it is made.
+    #[command(flatten)]
+    pub stages: StageArgs,
+}
+
+/// `bench dataset SCENE --out DIR`: crops, detections, odometry and truth as files.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct DatasetArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder that gets the dataset.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// Seeds 0 to N - 1 instead of those of the scene.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub seeds: Option<u64>,
+}
+
+/// `bench train SCENE --out DIR`: the scene's model.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct TrainArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder that gets the model.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+}
+
+/// Options of every command that runs all stages.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct StageArgs {
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// Trains the model from scratch instead of taking the one that comes with the scene.
+    #[arg(long, conflicts_with = "model")]
+    pub train: bool,
+    /// Folder of a trained model.
+    #[arg(long, value_name = "DIR")]
+    pub model: Option<PathBuf>,
+    /// Seeds 0 to N - 1 instead of those of the scene.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub seeds: Option<u64>,
+}
+
+/// What renders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RendererChoice {
+    /// wgpu where there is a Vulkan driver, the reference renderer otherwise.
+    #[default]
+    Auto,
+    /// wgpu; an error where there is no Vulkan driver.
+    Wgpu,
+    /// The plain-Rust renderer, the same bits on any processor.
+    Reference,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[derive(Debug, Parser)]
+    struct Run {
+        #[command(flatten)]
+        run: RunArgs,
+    }
+
+    fn parse(arguments: &str) -> Result<RunArgs, String> {
+        let words = std::iter::once("bench").chain(arguments.split_whitespace());
+        Run::try_parse_from(words).map(|cli| cli.run).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+        Run::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_alone_has_documented_defaults() {
+        let run = parse("scenes/tabletop.yaml").unwrap();
+        assert_eq!((run.out.as_path(), run.stages.cache.as_path()), ("results".as_ref(), "cache".as_ref()));
+        assert_eq!(
+            (run.stages.renderer, run.stages.seeds, run.stages.train),
+            (RendererChoice::Auto, None, false)
+        );
+    }
+
+    #[test]
+    fn all_options_are_read_and_wrong_ones_refused() {
+        let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
+        assert_eq!((run.stages.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
+        assert_eq!(run.stages.model, Some("m".into()));
+        for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
+        {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! How `bench` ends: the one list of errors, and the exit code of each.
+
+use crate::gate::GateError;
+use crate::output::OutputError;
+use crate::results::ResultsError;
+use crate::scene_file::SceneFileError;
+use crate::score::pairs::PairsError;
+use crate::table::TableError;
+use crate::trajectory::TrajectoryError;
+use std::process::ExitCode;
+use thiserror::Error;
+
+/// Exit codes, which scripts may rely on. Wrong arguments also end with 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// All was done; for `check`, nothing moved.
+    Success = 0,
+    /// A scene, argument or baseline that cannot be used: the message says what to change.
+    BadInput = 2,
+    /// Something the machine lacks, such as a Vulkan driver for `--renderer wgpu`.
+    MissingCapability = 3,
+    /// Nothing was evaluated: no episode, no detection, no number.
+    NothingEvaluated = 4,
+    /// Stored data (a cache entry, a model, a results file) is not what was written.
+    StoredDataInvalid = 5,
+    /// The output or cache folder, or standard output, cannot be written.
+    CannotWrite = 6,
+    /// `check`: an accuracy moved out of its tolerance.
+    Regression = 10,
+    /// A bug in this program.
+    Bug = 70,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}
+
+/// Everything that ends a run early.
+#[derive(Debug, Error)]
+pub enum BenchError {
+    /// See [`SceneFileError`].
+    #[error(transparent)]
+    Scene(#[from] SceneFileError),
+    /// See [`OutputError`].
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// See [`ResultsError`].
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// See [`GateError`].
+    #[error(transparent)]
+    Gate(#[from] GateError),
+    /// Standard output is closed or full.
+    #[error("cannot write to standard output: {0}")]
+    Stdout(#[from] std::io::Error),
+    /// An estimator answered with poses that cannot be scored.
+    #[error("an estimate cannot be scored: {0}")]
+    Pairs(#[from] PairsError),
+    /// An estimator answered with poses that are no trajectory.
+    #[error("an estimate is no trajectory: {0}")]
+    Trajectory(#[from] TrajectoryError),
+    /// The pipeline handed over runs that make no table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A value of ours that JSON cannot hold.
+    #[error("cannot write as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Figure(#[from] crate::figure::FigureError),
+}
+
+impl BenchError {
+    /// The exit code this error ends with.
+    pub fn exit(&self) -> Exit {
+        match self {
+            BenchError::Scene(_) => Exit::BadInput,
+            BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
+            BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
+            BenchError::Results(_) => Exit::StoredDataInvalid,
+            BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,
+            BenchError::Gate(_) => Exit::BadInput,
+            BenchError::Pairs(_)
+            | BenchError::Trajectory(_)
+            | BenchError::Table(_)
+            | BenchError::Json(_)
+            | BenchError::Figure(_) => Exit::Bug,
+        }
+    }
+}
+
+/// What follows the message of a bug or a panic.
+pub const REPORT_A_BUG: &str =
+    "This is a bug in bench. Please report it with the lines above, the command and the scene file.";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    #[test]
+    fn errors_end_with_the_documented_codes() {
+        let path = || PathBuf::from("x");
+        let io = || std::io::Error::other("full");
+        let gate = GateError::Seeds { table: "t".into(), baseline: 1, fresh: 2 };
+        let cases: [(BenchError, u8); 8] = [
+            (SceneFileError::TooLarge { path: path() }.into(), 2),
+            (ResultsError::Missing { path: path() }.into(), 2),
+            (gate.into(), 2),
+            (GateError::Nothing.into(), 4),
+            (ResultsError::Format { path: path(), found: 9 }.into(), 5),
+            (OutputError { path: path(), source: io() }.into(), 6),
+            (io().into(), 6),
+            (TableError::Reference { table: "t".into(), reference: "r".into() }.into(), 70),
+        ];
+        for (error, code) in cases {
+            assert_eq!(error.exit() as u8, code, "{error}");
+        }
+    }
+}

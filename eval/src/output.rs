@@ -1,0 +1,86 @@
+//! The output folder: found writable before any work, and written file by file so that none is ever half there.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A folder that was found writable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputFolder(PathBuf);
+
+/// Why nothing can be written.
+#[derive(Debug, Error)]
+#[error("cannot write {}: {source}; choose another folder with --out, or make room", path.display())]
+pub struct OutputError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the system said.
+    pub source: io::Error,
+}
+
+const PROBE: &str = ".probe.tmp";
+
+impl OutputFolder {
+    /// Makes the folder where it is missing, and writes and removes a file in it.
+    pub fn probe(path: &Path) -> Result<Self, OutputError> {
+        let probe = path.join(PROBE);
+        fs::create_dir_all(path)
+            .and_then(|()| write_synced(&probe, b"probe"))
+            .and_then(|()| fs::remove_file(&probe))
+            .map_err(|source| OutputError { path: path.to_owned(), source })?;
+        Ok(Self(path.to_owned()))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Writes a file, its folders included: to a temporary name, synced, then renamed over what was there.
+    pub fn write(&self, relative: impl AsRef<Path>, bytes: &[u8]) -> Result<(), OutputError> {
+        let path = self.0.join(relative);
+        let mut temporary = path.clone().into_os_string();
+        temporary.push(".tmp");
+        let temporary = PathBuf::from(temporary);
+        let folder = path.parent().unwrap_or(&self.0);
+        fs::create_dir_all(folder)
+            .and_then(|()| write_synced(&temporary, bytes))
+            .and_then(|()| fs::rename(&temporary, &path))
+            .map_err(|source| OutputError { path, source })
+    }
+}
+
+fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(bytes)?;
+    file.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_written_whole_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = OutputFolder::probe(&folder.path().join("a/b")).unwrap();
+        out.write("scene/0/truth.tum", b"old").unwrap();
+        out.write("scene/0/truth.tum", b"new").unwrap();
+        assert_eq!(fs::read(out.path().join("scene/0/truth.tum")).unwrap(), b"new");
+        let names = |path: PathBuf| -> Vec<_> {
+            fs::read_dir(path).unwrap().map(|entry| entry.unwrap().file_name()).collect()
+        };
+        assert_eq!(names(out.path().to_owned()), ["scene"]);
+        assert_eq!(names(out.path().join("scene/0")), ["truth.tum"]);
+    }
+
+    #[test]
+    fn a_folder_below_a_file_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        let error = OutputFolder::probe(&file.join("out")).unwrap_err().to_string();
+        assert!(error.contains("file/out") && error.contains("--out"), "{error}");
+    }
+}

@@ -1,0 +1,154 @@
+//! Progress: a bar on a terminal, and few lines anywhere else.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, Write};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Where progress is shown.
+#[derive(Clone)]
+pub struct Progress(Target);
+
+#[derive(Clone)]
+enum Target {
+    Bars,
+    Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration },
+}
+
+/// Seconds between two lines of one stage.
+const PAUSE: Duration = Duration::from_secs(20);
+
+impl Progress {
+    /// Bars where standard error is a terminal, lines on it otherwise.
+    pub fn detect() -> Self {
+        if std::io::stderr().is_terminal() {
+            Self(Target::Bars)
+        } else {
+            Self::lines_to(std::io::stderr(), PAUSE)
+        }
+    }
+
+    /// Lines on `sink`, no two of one stage within `pause` but the first and last.
+    pub fn lines_to(sink: impl Write + Send + 'static, pause: Duration) -> Self {
+        Self(Target::Lines { sink: Arc::new(Mutex::new(sink)), pause })
+    }
+
+    /// Starts a stage of `total` steps; it ends when dropped.
+    pub fn stage(&self, name: &str, total: u64) -> Stage {
+        let now = Instant::now();
+        let shown = match &self.0 {
+            Target::Bars => {
+                let bar = ProgressBar::new(total).with_message(name.to_owned());
+                if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len} {eta}") {
+                    bar.set_style(style);
+                }
+                Shown::Bar(bar)
+            }
+            Target::Lines { sink, pause } => Shown::Lines {
+                sink: Arc::clone(sink),
+                pause: *pause,
+                state: Mutex::new(LineState { done: 0, last: now }),
+            },
+        };
+        Stage { name: name.to_owned(), total, start: now, shown }
+    }
+}
+
+/// A stage under way. May be shared between threads.
+pub struct Stage {
+    name: String,
+    total: u64,
+    start: Instant,
+    shown: Shown,
+}
+
+enum Shown {
+    Bar(ProgressBar),
+    Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration, state: Mutex<LineState> },
+}
+
+struct LineState {
+    done: u64,
+    last: Instant,
+}
+
+impl Stage {
+    /// Notes that `steps` more are done.
+    pub fn advance(&self, steps: u64) {
+        match &self.shown {
+            Shown::Bar(bar) => bar.inc(steps),
+            Shown::Lines { sink, pause, state } => {
+                let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+                state.done += steps;
+                if state.done < self.total && state.last.elapsed() >= *pause {
+                    state.last = Instant::now();
+                    print(sink, &format!("{}: {} of {}", self.name, state.done, self.total));
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        let seconds = self.start.elapsed().as_secs_f64();
+        match &self.shown {
+            Shown::Bar(bar) => bar.finish_and_clear(),
+            Shown::Lines { sink, state, .. } => {
+                let done = state.lock().unwrap_or_else(PoisonError::into_inner).done;
+                print(sink, &format!("{}: {done} of {} in {seconds:.1} s", self.name, self.total));
+            }
+        }
+    }
+}
+
+/// A progress line that cannot be written is no reason to stop.
+fn print(sink: &Mutex<dyn Write + Send>, line: &str) {
+    let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
+    let _ = writeln!(sink, "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Clone, Default)]
+    struct Sink(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Sink {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn lines(pause: Duration) -> Vec<String> {
+        let sink = Sink::default();
+        let stage = Progress::lines_to(sink.clone(), pause).stage("render", 4);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| stage.advance(1));
+            }
+        });
+        drop(stage);
+        let bytes = sink.0.lock().unwrap().clone();
+        String::from_utf8(bytes).unwrap().lines().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn without_a_terminal_a_short_stage_is_one_line() {
+        let quiet = lines(Duration::from_secs(3600));
+        assert_eq!(quiet.len(), 1);
+        assert!(quiet[0].starts_with("render: 4 of 4 in "), "{quiet:?}");
+    }
+
+    #[test]
+    fn a_long_stage_says_now_and_then_how_far_it_is() {
+        let chatty = lines(Duration::ZERO);
+        assert_eq!(chatty[..3], ["render: 1 of 4", "render: 2 of 4", "render: 3 of 4"]);
+        assert_eq!(chatty.len(), 4);
+    }
+}

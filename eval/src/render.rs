@@ -1,0 +1,230 @@
+//! Tables as text: for the terminal, as Markdown, as CSV.
+
+use crate::metric::Metric;
+use crate::score::viewpoint::{ErrorShape, ViewpointSummary};
+use crate::statistics::Mean;
+use crate::table::{Outcome, Summary, Table};
+use comfy_table::presets::{ASCII_MARKDOWN, UTF8_FULL_CONDENSED};
+use comfy_table::{Cell, CellAlignment};
+use std::collections::BTreeMap;
+
+/// What stands for an undefined score.
+const DASH: &str = "-";
+
+/// How a table is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// With box-drawing lines.
+    Terminal,
+    /// A Markdown table.
+    Markdown,
+}
+
+/// Scores, then paired differences to the reference, each as mean and half width of the 95% interval.
+pub fn tables(table: &Table, style: Style) -> String {
+    let n = table.seeds().len();
+    let summary = table.summary();
+    let mut text = format!("{}, mean +- 95% interval over {n} seeds\n\n", table.name());
+    text += &grid(table, &summary, style, |cell| cell.mean, table.methods().iter());
+    if let Some(reference) = table.reference() {
+        text += &format!("\n\n{}, difference to {reference} on the same seed\n\n", table.name());
+        let others = table.methods().iter().filter(|m| *m != reference);
+        text += &grid(table, &summary, style, |cell| cell.difference, others);
+    }
+    text.push('\n');
+    text
+}
+
+fn grid<'a>(
+    table: &'a Table,
+    summary: &[Summary],
+    style: Style,
+    value: impl Fn(&Summary) -> Option<Mean>,
+    methods: impl Iterator<Item = &'a String>,
+) -> String {
+    let head = ["Method".to_owned(), "Runs".to_owned()].into_iter();
+    let head: Vec<String> = head.chain(table.metrics().iter().map(|m| m.heading())).collect();
+    let rows = methods
+        .map(|method| {
+            let cells = summary.iter().filter(|cell| cell.method == *method);
+            let scores = cells.map(|cell| mean_text(cell.metric, value(cell), cell.runs));
+            [method.clone(), runs_text(table, method)].into_iter().chain(scores).collect()
+        })
+        .collect();
+    draw(style, &head, rows)
+}
+
+/// `10`, or `10 (1 failed, 2 flagged)`.
+fn runs_text(table: &Table, method: &str) -> String {
+    let runs = table.runs_of(method);
+    let count = |is: fn(&Outcome) -> bool| runs.iter().filter(|run| is(&run.outcome)).count();
+    let failed = count(|o| matches!(o, Outcome::Failed(_)));
+    let flagged = count(|o| matches!(o, Outcome::Flagged(_)));
+    let notes: Vec<String> = [(failed, "failed"), (flagged, "flagged")]
+        .into_iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} {what}"))
+        .collect();
+    if notes.is_empty() { runs.len().to_string() } else { format!("{} ({})", runs.len(), notes.join(", ")) }
+}
+
+/// `0.1234 +- 0.0123`, with ` (n=9)` where the score is not defined on all runs, or a dash.
+fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
+    let Some(mean) = mean else { return DASH.to_owned() };
+    let half_width = mean.half_width.map_or_else(|| DASH.to_owned(), |h| metric.display(h));
+    let count = if mean.n < runs { format!(" (n={})", mean.n) } else { String::new() };
+    format!("{} +- {half_width}{count}", metric.display(mean.mean))
+}
+
+/// Viewpoint errors by family, degrees, with chance beside them; the last row is of all families.
+pub fn viewpoint_table(
+    by_family: &BTreeMap<String, ViewpointSummary>,
+    all: &ViewpointSummary,
+    style: Style,
+) -> String {
+    let head = [
+        "Family",
+        "Views",
+        "Median [deg]",
+        "chance",
+        "P90 [deg]",
+        "chance",
+        "< 15 deg",
+        "chance",
+        "No answer",
+    ];
+    let named = by_family.iter().map(|(family, summary)| (family.as_str(), summary));
+    let rows = named
+        .chain([("all", all)])
+        .map(|(family, summary)| {
+            let value = |shape: Option<ErrorShape>, of: fn(ErrorShape) -> f64, metric: Metric| {
+                shape.map_or_else(|| DASH.to_owned(), |shape| metric.display(of(shape)))
+            };
+            let (model, chance) = (summary.model, summary.chance);
+            let (angle, share) = (Metric::ViewpointMedian, Metric::ViewpointRight);
+            vec![
+                family.to_owned(),
+                summary.trials.to_string(),
+                value(model, |s| s.median, angle),
+                value(chance, |s| s.median, angle),
+                value(model, |s| s.p90, angle),
+                value(chance, |s| s.p90, angle),
+                value(model, |s| s.right, share),
+                value(chance, |s| s.right, share),
+                summary.unanswered.to_string(),
+            ]
+        })
+        .collect();
+    draw(style, &head.map(str::to_owned), rows) + "\n"
+}
+
+/// Draws a table whose first column is text and whose others are numbers.
+pub(crate) fn draw(style: Style, head: &[String], rows: Vec<Vec<String>>) -> String {
+    let cell = |text: String| match style {
+        Style::Terminal => text,
+        Style::Markdown => text.replace('|', "\\|"),
+    };
+    let mut drawn = comfy_table::Table::new();
+    drawn.load_style(match style {
+        Style::Terminal => UTF8_FULL_CONDENSED,
+        Style::Markdown => ASCII_MARKDOWN,
+    });
+    drawn.set_header(head.iter().cloned().map(cell));
+    for row in rows {
+        drawn.add_row(row.into_iter().enumerate().map(|(column, text)| {
+            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(cell(text)).set_alignment(alignment)
+        }));
+    }
+    drawn.trim_fmt()
+}
+
+/// Every run, one a line, SI units; an undefined score is an empty field. Numbers read back to the same bits.
+pub fn csv(table: &Table) -> String {
+    let head = ["method", "seed", "outcome"].into_iter().chain(table.metrics().iter().map(|m| m.column()));
+    let mut text = head.collect::<Vec<_>>().join(",") + "\n";
+    for run in table.runs() {
+        let outcome = match &run.outcome {
+            Outcome::Done => "done".to_owned(),
+            Outcome::Flagged(why) => format!("flagged: {why}"),
+            Outcome::Failed(why) => format!("failed: {why}"),
+        };
+        let scores =
+            table.metrics().iter().map(|m| run.scores.get(m).map(f64::to_string).unwrap_or_default());
+        let fields = [csv_field(&run.method), run.seed.0.to_string(), csv_field(&outcome)];
+        text += &fields.into_iter().chain(scores).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// Quotes a field where RFC 4180 asks for it.
+fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
+    use crate::table::tests::{runs, table};
+    use vantage_dataset::Symmetry;
+
+    #[test]
+    fn markdown_shows_means_differences_dashes_and_counts() {
+        let mut runs = runs();
+        for run in runs.iter_mut().filter(|r| r.method == "odometry") {
+            run.scores.remove(&Metric::Heading);
+        }
+        runs[2].outcome = Outcome::Failed("no, \"really\"".into());
+        runs[2].scores.clear();
+        runs[5].outcome = Outcome::Flagged("iteration limit".into());
+        let table = table(runs).unwrap();
+        let text = tables(&table, Style::Markdown);
+        let line = |start: &str, nth: usize| {
+            let found: Vec<&str> = text.lines().filter(|l| l.starts_with(start)).collect();
+            found[nth].split('|').map(|c| c.trim().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(line("| Method", 0), ["", "Method", "Runs", "ATE [m]", "Heading [deg]", ""]);
+        assert_eq!(line("| odometry", 0), ["", "odometry", "4", "1.0000 +- 0.0000", "-", ""]);
+        assert_eq!(line("| geometric", 0)[3], "0.6500 +- 0.2054");
+        assert_eq!(line("| viewpoint_dependent", 0)[2], "4 (1 failed, 1 flagged)");
+        assert_eq!(line("| viewpoint_dependent", 1)[3], "-0.1000 +- 0.0000 (n=3)");
+        assert_eq!(text.lines().filter(|l| l.starts_with("| geometric")).count(), 1);
+        assert!(!text.contains("NaN") && text.lines().any(|l| l.starts_with("|--")));
+        let csv = csv(&table);
+        assert_eq!(csv.lines().next(), Some("method,seed,outcome,ate_m,heading_rad"));
+        assert_eq!(csv.lines().nth(1), Some("odometry,0,done,1,"));
+        assert!(csv.contains("viewpoint_dependent,0,\"failed: no, \"\"really\"\"\",,"), "{csv}");
+    }
+
+    #[test]
+    fn the_terminal_shows_the_same_numbers() {
+        let text = tables(&table(runs()).unwrap(), Style::Terminal);
+        assert!(text.contains("0.6500 +- 0.2054") && text.contains('│'), "{text}");
+    }
+
+    #[test]
+    fn viewpoint_errors_stand_beside_chance() {
+        let trials = [
+            ViewpointTrial { family: "mug".into(), symmetry: Symmetry::None, azimuth: 0.0, found: Some(0.1) },
+            ViewpointTrial {
+                family: "bowl".into(),
+                symmetry: Symmetry::Revolution,
+                azimuth: 0.0,
+                found: None,
+            },
+        ];
+        let text = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), Style::Markdown);
+        let cells = |start: &str| -> Vec<String> {
+            let line = text.lines().find(|l| l.starts_with(start)).unwrap();
+            line.split('|').map(|c| c.trim().to_owned()).collect()
+        };
+        assert_eq!(cells("| mug")[3..9], ["5.730", "90.000", "5.730", "162.000", "1.000", "0.083"]);
+        assert_eq!(cells("| bowl")[2..10], ["0", "-", "-", "-", "-", "-", "-", "0"]);
+    }
+}

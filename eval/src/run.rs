@@ -1,0 +1,14 @@
+//! Each command, from its arguments to its exit code.
+
+use crate::cli::{Cli, Command};
+use crate::exit::{BenchError, Exit};
+use crate::scene_file::{SceneFile, schema};
+use std::io::Write;
+
+/// Runs a command; what it is asked to print goes to `stdout`.
+pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    match &cli.command {
+        Command::Schema => stdout.write_all(schema::<SceneFile>()?.as_bytes())?,
+    }
+    Ok(Exit::Success)
+}

@@ -1,0 +1,170 @@
+//! The true and the estimated pose of each step, which trajectory scores compare.
+
+use crate::trajectory::{Trajectory, is_finite};
+use thiserror::Error;
+use vantage_dataset::Pose;
+
+/// How far apart two timestamps may be to count as one step, seconds: evo's default.
+pub const MAX_TIME_DIFFERENCE: f64 = 0.01;
+
+/// Finite poses, one true and one estimated a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pairs {
+    truth: Vec<Pose>,
+    estimate: Vec<Pose>,
+}
+
+/// Why truth and estimate cannot be compared.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum PairsError {
+    /// Not one estimate a step.
+    #[error("{estimate} estimated poses for {truth} true ones: each step needs both")]
+    Length {
+        /// True poses.
+        truth: usize,
+        /// Estimated poses.
+        estimate: usize,
+    },
+    /// A pose is NaN or infinite.
+    #[error("the {of} pose of step {step} is not finite")]
+    NotFinite {
+        /// `true` or `estimated`.
+        of: &'static str,
+        /// The step.
+        step: usize,
+    },
+    /// No two timestamps are near each other.
+    #[error(
+        "no true and estimated timestamps within {max_difference} s of each other: are both of one clock?"
+    )]
+    NoMatch {
+        /// The bound, seconds.
+        max_difference: f64,
+    },
+}
+
+impl Pairs {
+    /// The poses of equal steps.
+    pub fn by_step(
+        truth_world_from_robot: &[Pose],
+        estimate_world_from_robot: &[Pose],
+    ) -> Result<Self, PairsError> {
+        let (truth, estimate) = (truth_world_from_robot, estimate_world_from_robot);
+        if truth.len() != estimate.len() {
+            return Err(PairsError::Length { truth: truth.len(), estimate: estimate.len() });
+        }
+        for (of, poses) in [("true", truth), ("estimated", estimate)] {
+            if let Some(step) = poses.iter().position(|p| !is_finite(p)) {
+                return Err(PairsError::NotFinite { of, step });
+            }
+        }
+        Ok(Self { truth: truth.to_vec(), estimate: estimate.to_vec() })
+    }
+
+    /// The poses nearest in time, for each pose of the shorter trajectory (the estimate where both are as long),
+    /// as evo associates: a pose of the longer one may serve twice.
+    pub fn by_time(
+        truth: &Trajectory,
+        estimate: &Trajectory,
+        max_difference: f64,
+    ) -> Result<Self, PairsError> {
+        let estimate_longer = estimate.len() > truth.len();
+        let (short, long) = if estimate_longer { (truth, estimate) } else { (estimate, truth) };
+        let mut pairs = Self { truth: Vec::new(), estimate: Vec::new() };
+        for (t, &short_pose) in short.timestamps().iter().zip(short.world_from_robot()) {
+            let Some(nearest) = nearest(long.timestamps(), *t, max_difference) else { continue };
+            let long_pose = long.world_from_robot()[nearest];
+            let (truth, estimate) =
+                if estimate_longer { (short_pose, long_pose) } else { (long_pose, short_pose) };
+            pairs.truth.push(truth);
+            pairs.estimate.push(estimate);
+        }
+        if pairs.truth.is_empty() { Err(PairsError::NoMatch { max_difference }) } else { Ok(pairs) }
+    }
+
+    /// `world_from_robot`, true.
+    pub fn truth(&self) -> &[Pose] {
+        &self.truth
+    }
+
+    /// `world_from_robot`, estimated, in the estimate's own world frame.
+    pub fn estimate(&self) -> &[Pose] {
+        &self.estimate
+    }
+
+    /// Each step's `first_from_robot`, true and estimated: what is left of the poses once both first poses are
+    /// laid on each other. Equal poses stay equal to the bit.
+    pub fn from_first(&self) -> impl ExactSizeIterator<Item = (Pose, Pose)> {
+        let first_from_world = |poses: &[Pose]| poses.first().map_or_else(Pose::identity, Pose::inverse);
+        let (truth, estimate) = (first_from_world(&self.truth), first_from_world(&self.estimate));
+        self.truth.iter().zip(&self.estimate).map(move |(t, e)| (truth * t, estimate * e))
+    }
+
+    /// The true world's frame in the estimate's: the transform that lays the first estimated pose on the first
+    /// true one. The identity where there is no pose.
+    pub fn true_world_from_estimate_world(&self) -> Pose {
+        match (self.truth.first(), self.estimate.first()) {
+            (Some(truth), Some(estimate)) => truth * estimate.inverse(),
+            _ => Pose::identity(),
+        }
+    }
+}
+
+fn nearest(timestamps: &[f64], t: f64, max_difference: f64) -> Option<usize> {
+    let after = timestamps.partition_point(|&x| x <= t);
+    let candidates = [after.checked_sub(1), (after < timestamps.len()).then_some(after)];
+    candidates
+        .into_iter()
+        .flatten()
+        .map(|i| (i, (timestamps[i] - t).abs()))
+        .filter(|(_, difference)| *difference <= max_difference)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(i, _)| i)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn line(timestamps: &[f64]) -> Trajectory {
+        let poses = timestamps.iter().map(|&t| Pose::translation(t, 0.0, 0.0)).collect();
+        Trajectory::new(timestamps.to_vec(), poses).unwrap()
+    }
+
+    fn x(poses: &[Pose]) -> Vec<f64> {
+        poses.iter().map(|p| p.translation.x).collect()
+    }
+
+    #[test]
+    fn each_pose_of_the_shorter_trajectory_meets_the_nearest_in_time() {
+        let truth = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
+        let estimate = line(&[-1.0, 0.095, 0.104, 0.25, 0.405]);
+        let pairs = Pairs::by_time(&truth, &estimate, 0.01).unwrap();
+        assert_eq!(x(pairs.truth()), [0.1, 0.1, 0.4]);
+        assert_eq!(x(pairs.estimate()), [0.095, 0.104, 0.405]);
+        let swapped = Pairs::by_time(&line(&[0.104]), &truth, 0.01).unwrap();
+        assert_eq!((x(swapped.truth()), x(swapped.estimate())), (vec![0.104], vec![0.1]));
+        assert_eq!(
+            Pairs::by_time(&truth, &line(&[9.0]), 0.01),
+            Err(PairsError::NoMatch { max_difference: 0.01 })
+        );
+    }
+
+    #[test]
+    fn unequal_lengths_and_non_finite_poses_are_refused() {
+        let one = [Pose::identity()];
+        assert_eq!(Pairs::by_step(&one, &[]), Err(PairsError::Length { truth: 1, estimate: 0 }));
+        let nan = [Pose::translation(0.0, f64::NAN, 0.0)];
+        assert_eq!(Pairs::by_step(&one, &nan), Err(PairsError::NotFinite { of: "estimated", step: 0 }));
+    }
+
+    #[test]
+    fn aligning_lays_the_first_poses_on_each_other() {
+        let truth = [Pose::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.1, 0.2, 0.3))];
+        let estimate = [Pose::new(Vector3::new(-1.0, 0.0, 3.0), Vector3::new(0.0, -0.2, 2.3))];
+        let pairs = Pairs::by_step(&truth, &estimate).unwrap();
+        let aligned = pairs.true_world_from_estimate_world() * estimate[0];
+        assert!((aligned.to_homogeneous() - truth[0].to_homogeneous()).norm() < 1e-12);
+    }
+}
