@@ -1,1 +1,86 @@
-//! Worlds: rapier's step, the robot and its sensors.
+//! Worlds: what stands where, and in which light.
+
+pub mod convert;
+pub mod layout;
+pub mod lighting;
+pub mod physics;
+pub mod settle;
+pub mod stand;
+pub mod surroundings;
+pub mod wallpaper;
+
+use crate::error::{Progress, SimError};
+use crate::object::{Family, Object};
+use crate::scene::CheckedScene;
+use layout::footprint;
+use physics::Physics;
+use rayon::prelude::*;
+use stand::Stand;
+use vantage_dataset::{ObjectTruth, Pose, Seed, Split};
+
+/// A world in which every object has come to rest.
+pub struct World {
+    /// What the objects stand on.
+    pub stands: Vec<Stand>,
+    /// The objects.
+    pub objects: Vec<Object>,
+    /// Where each of them came to rest.
+    pub world_from_object: Vec<Pose>,
+    /// The engine that holds them.
+    pub physics: Physics,
+}
+
+impl World {
+    /// Draws objects and places, drops the objects and lets them settle.
+    pub fn settled(
+        scene: &CheckedScene,
+        split: Split,
+        seed: Seed,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Self, SimError> {
+        let spec = scene.world();
+        let families = draw_families(&spec.families, spec.objects as usize, seed);
+        let object_seed = seed.child("objects", 0);
+        let objects: Vec<Object> = families
+            .par_iter()
+            .enumerate()
+            .map(|(i, family)| Object::generate(*family, split, object_seed, i as u64))
+            .collect();
+        let stands = spec.surface.stands(scene.robot(), objects.len());
+        let footprints: Vec<f64> = objects.iter().map(footprint).collect();
+        let places = layout::draw(
+            &stands,
+            spec.surface.name(),
+            &footprints,
+            spec.spacing,
+            &mut seed.stream("layout", 0),
+        )?;
+        let mut physics = Physics::new(&stands);
+        let world_from_object = settle::settle(&mut physics, &stands, &objects, &places, progress)?;
+        Ok(Self { stands, objects, world_from_object, physics })
+    }
+
+    /// What is true of the objects.
+    pub fn truth(&self) -> Vec<ObjectTruth> {
+        self.objects
+            .iter()
+            .zip(&self.world_from_object)
+            .map(|(object, world_from_object)| ObjectTruth {
+                instance: object.id,
+                family: object.family.name().to_owned(),
+                world_from_object: *world_from_object,
+                size: object.size,
+                symmetry: object.symmetry,
+            })
+            .collect()
+    }
+}
+
+/// Families in random order, each as often as any other, to within one.
+fn draw_families(families: &[Family], objects: usize, seed: Seed) -> Vec<Family> {
+    let mut stream = seed.stream("families", 0);
+    let first = stream.below(families.len());
+    let mut drawn: Vec<Family> = (0..objects).map(|i| families[(first + i) % families.len()]).collect();
+    stream.shuffle(&mut drawn);
+    drawn
+}

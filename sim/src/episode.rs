@@ -1,0 +1,140 @@
+//! Episodes: one robot drives through one world and observes it.
+
+use crate::budget;
+use crate::error::{Progress, SimError, Stage};
+use crate::render::{NO_OBJECT, Placement, RenderScene, Renderer, Shot};
+use crate::robot::drive::{Drive, drive};
+use crate::scene::CheckedScene;
+use crate::sensor::detector::{Target, detect};
+use crate::sensor::odometry;
+use crate::world::{World, lighting, surroundings};
+use std::sync::Arc;
+use vantage_dataset::{Camera, Episode, Observations, Odometry, Pose, Seed, Split, Truth};
+
+/// All of an episode that needs no renderer: physics, odometry and labels.
+pub struct Rollout {
+    /// The seed that made it.
+    pub seed: Seed,
+    /// The world, at rest but for the robot.
+    pub world: World,
+    /// Where the robot was.
+    pub drive: Drive,
+    /// What its wheels said.
+    pub odometry: Vec<Odometry>,
+    /// Intrinsics of the camera.
+    pub camera: Camera,
+    /// Where the camera sits.
+    pub robot_from_camera: Pose,
+}
+
+/// Makes the world and drives the robot through it. Streams of randomness are named by what they decide, so that, for
+/// example, other odometry noise leaves the poses as they were.
+pub fn roll_out(
+    scene: &CheckedScene,
+    seed: Seed,
+    split: Split,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Rollout, SimError> {
+    budget::check_episode(scene)?;
+    let mut world = World::settled(scene, split, seed, progress)?;
+    let drive = drive(&mut world.physics, scene.robot(), progress)?;
+    let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, seed);
+    Ok(Rollout {
+        seed,
+        world,
+        drive,
+        odometry,
+        camera: scene.sensors().camera.intrinsics(),
+        robot_from_camera: scene.robot().camera.robot_from_camera(),
+    })
+}
+
+/// Makes an episode with objects of the given split.
+pub fn simulate(
+    scene: &CheckedScene,
+    seed: Seed,
+    split: Split,
+    renderer: &mut dyn Renderer,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Episode, SimError> {
+    let rollout = roll_out(scene, seed, split, progress)?;
+    let render_scene = rollout.render_scene(scene);
+    let targets = rollout.targets(&render_scene);
+    let mut detections = Vec::new();
+    let mut detection_truths = Vec::new();
+    let steps = rollout.drive.world_from_robot.len();
+    for step in 0..steps {
+        let shot = rollout.shot(step);
+        let frame = renderer.frame(&render_scene, &shot)?;
+        let seen = detect(&scene.sensors().detector, &targets, step, &shot, &frame, renderer)?;
+        for (detection, truth) in seen {
+            detections.push(detection);
+            detection_truths.push(truth);
+        }
+        progress(Progress { stage: Stage::Observe, done: step as u64 + 1, total: steps as u64 });
+    }
+    Ok(Episode {
+        truth: Truth {
+            objects: rollout.world.truth(),
+            world_from_robot: rollout.drive.world_from_robot,
+            detections: detection_truths,
+        },
+        observations: Observations {
+            seed,
+            timestamps: rollout.drive.timestamps,
+            camera: rollout.camera,
+            robot_from_camera: rollout.robot_from_camera,
+            odometry: rollout.odometry,
+            detections,
+        },
+    })
+}
+
+impl Rollout {
+    /// Everything that is drawn, under the episode's light; object `i` has the id `i + 1`.
+    pub fn render_scene(&self, scene: &CheckedScene) -> RenderScene {
+        let spec = scene.world();
+        let objects = self.world.objects.iter().zip(&self.world.world_from_object);
+        let mut placements: Vec<Placement> = objects
+            .enumerate()
+            .map(|(i, (object, world_from_object))| Placement {
+                model: Arc::clone(&object.model),
+                world_from_model: *world_from_object,
+                id: NO_OBJECT + 1 + i as u32,
+            })
+            .collect();
+        placements.extend(surroundings::placements(&spec.room, &self.world.stands, self.seed));
+        let ceiling = (150.0 + 90.0 * self.seed.stream("ceiling", 0).unit()) as u8;
+        RenderScene {
+            placements,
+            light: lighting::draw(&spec.lighting, &mut self.seed.stream("light", 0)),
+            background: [ceiling; 3],
+        }
+    }
+
+    /// What the camera sees at a step.
+    pub fn shot(&self, step: usize) -> Shot {
+        Shot {
+            camera: self.camera,
+            world_from_camera: self.drive.world_from_robot[step] * self.robot_from_camera,
+        }
+    }
+
+    /// What the detector looks for.
+    fn targets(&self, render_scene: &RenderScene) -> Vec<Target> {
+        self.world
+            .objects
+            .iter()
+            .zip(&render_scene.placements)
+            .map(|(object, placement)| Target {
+                world_from_object: placement.world_from_model,
+                half_extents: object.half_extents,
+                alone: RenderScene {
+                    placements: vec![placement.clone()],
+                    light: render_scene.light,
+                    background: render_scene.background,
+                },
+            })
+            .collect()
+    }
+}

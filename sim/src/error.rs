@@ -1,0 +1,118 @@
+//! Why a simulation cannot be made.
+
+use crate::render::RenderError;
+
+/// A world that does not stand, or a renderer that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum SimError {
+    /// The objects find no room on the surface.
+    #[error(
+        "only {placed} of {wanted} objects fit on the {surface}; use fewer objects, a smaller `world.spacing`, or a \
+         larger surface"
+    )]
+    NothingFits {
+        /// How many the best attempt placed.
+        placed: usize,
+        /// How many were asked for.
+        wanted: usize,
+        /// Which surface.
+        surface: &'static str,
+    },
+    /// An object kept moving.
+    #[error(
+        "object {object} ({family}) still moved {seconds:.0} s after it was dropped; another seed, a wider \
+         `world.spacing` or other `world.families` may settle"
+    )]
+    DidNotSettle {
+        /// Index of the object.
+        object: usize,
+        /// Its family.
+        family: &'static str,
+        /// Simulated time it was given, seconds.
+        seconds: f64,
+    },
+    /// An object fell off its surface.
+    #[error(
+        "object {object} ({family}) fell off its surface and came to rest at {position:.2?} m; another seed, a wider \
+         `world.spacing` or a larger surface may hold it"
+    )]
+    LeftTheWorld {
+        /// Index of the object.
+        object: usize,
+        /// Its family.
+        family: &'static str,
+        /// Where it is, world frame, metres.
+        position: [f64; 3],
+    },
+    /// The physics engine met a number that is not finite and took a body out of the world.
+    #[error("the physics engine met a non-finite state of {body}; please report the scene and its seed")]
+    NonFinite {
+        /// Which body.
+        body: String,
+    },
+    /// The robot did not follow its path.
+    #[error(
+        "at step {step} the robot was {distance:.2} m from where its path has it; lower `robot.speed`, widen the \
+         path's curves, or clear its way"
+    )]
+    LeftThePath {
+        /// The step.
+        step: usize,
+        /// Distance from where it should be, metres.
+        distance: f64,
+    },
+    /// The scene needs more memory than a simulation may take.
+    #[error(
+        "{what} would take about {} MB of memory, at most {} MB are allowed; reduce {remedy}",
+        bytes / 1_000_000,
+        limit / 1_000_000
+    )]
+    TooLarge {
+        /// What was asked for.
+        what: &'static str,
+        /// The estimate, bytes.
+        bytes: u64,
+        /// The limit, bytes.
+        limit: u64,
+        /// Which settings to reduce.
+        remedy: &'static str,
+    },
+    /// The scene plays longer than a simulation may.
+    #[error(
+        "the robot would drive for {seconds:.0} s, at most {limit:.0} s are simulated; raise `robot.speed`, or \
+         shorten `robot.path` or `robot.laps`"
+    )]
+    TooLong {
+        /// Simulated time, seconds.
+        seconds: f64,
+        /// The limit, seconds.
+        limit: f64,
+    },
+    /// The renderer failed.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+}
+
+/// How far the work has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: Stage,
+    /// How much of it is done.
+    pub done: u64,
+    /// How much of it there is.
+    pub total: u64,
+}
+
+/// A stage of the work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Objects settle; counted in physics steps, of which fewer than the total may be needed.
+    Settle,
+    /// The robot drives; counted in steps of the episode.
+    Drive,
+    /// Images are rendered and objects detected; counted in steps of the episode.
+    Observe,
+    /// Training views are rendered; counted in instances.
+    Views,
+}

@@ -1,0 +1,132 @@
+//! The parts of a scene file that the simulator reads.
+//!
+//! The structs here are what a file says; only a [`CheckedScene`] enters a simulation. Angles in files are in
+//! degrees and their names end in `_deg`; lengths are metres.
+
+pub mod robot;
+pub mod rule;
+pub mod sensors;
+pub mod views;
+pub mod world;
+
+pub use robot::{MountSpec, PathSpec, RobotSpec};
+pub use sensors::{CameraSpec, DetectorSpec, OdometrySpec, SensorSpec};
+pub use views::ViewsSpec;
+pub use world::{LightingSpec, RoomSpec, SurfaceSpec, WorldSpec};
+
+use crate::robot::body::RADIUS as ROBOT_RADIUS;
+use garde::Validate;
+use serde::{Deserialize, Serialize};
+
+/// What the simulator reads of a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSpec {
+    /// What there is to see.
+    #[garde(dive)]
+    pub world: WorldSpec,
+    /// The robot.
+    #[garde(dive, custom(fits_into(&self.world)))]
+    pub robot: RobotSpec,
+    /// Its sensors.
+    #[garde(dive)]
+    pub sensors: SensorSpec,
+    /// Training views.
+    #[garde(dive)]
+    pub views: ViewsSpec,
+}
+
+/// A scene that passed every rule.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckedScene(SceneSpec);
+
+impl CheckedScene {
+    /// Checks every rule, those between parts included; the report lists all violations.
+    pub fn new(spec: SceneSpec) -> Result<Self, garde::Report> {
+        spec.validate()?;
+        Ok(Self(spec))
+    }
+
+    /// What there is to see.
+    pub fn world(&self) -> &WorldSpec {
+        &self.0.world
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &RobotSpec {
+        &self.0.robot
+    }
+
+    /// Its sensors.
+    pub fn sensors(&self) -> &SensorSpec {
+        &self.0.sensors
+    }
+
+    /// Everything that decides how training views look, and nothing else.
+    pub fn view_conditions(&self) -> ViewConditions {
+        ViewConditions {
+            families: self.0.world.families.clone(),
+            spacing: self.0.world.spacing,
+            lighting: self.0.world.lighting.clone(),
+            camera: self.0.sensors.camera.clone(),
+            detector: self.0.sensors.detector.clone(),
+            views: self.0.views.clone(),
+        }
+    }
+}
+
+/// Everything that decides how training views look: scenes that agree in it can share a model.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ViewConditions {
+    /// Families, in turn.
+    pub families: Vec<crate::object::Family>,
+    /// Least gap between neighbours, metres.
+    pub spacing: f64,
+    /// Ranges of the light.
+    pub lighting: LightingSpec,
+    /// The camera.
+    pub camera: CameraSpec,
+    /// What counts as seen.
+    pub detector: DetectorSpec,
+    /// Where from, and how many.
+    pub views: ViewsSpec,
+}
+
+/// The rule between parts: the path stays in the room and clear of what the objects stand on.
+pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result {
+    move |robot, ()| {
+        let path = &robot.path;
+        let [reach_x, reach_y] = path.half_extents().map(|half| half + ROBOT_RADIUS);
+        let [room_x, room_y] = [world.room.length / 2.0, world.room.width / 2.0];
+        if reach_x > room_x || reach_y > room_y {
+            return Err(garde::Error::new(format!(
+                "the path needs a room of at least {:.2} x {:.2} m, got {} x {} m; enlarge world.room or shrink \
+                 robot.path",
+                2.0 * reach_x,
+                2.0 * reach_y,
+                world.room.length,
+                world.room.width
+            )));
+        }
+        let (needed, got, what) = match world.surface {
+            SurfaceSpec::RoundTable { radius, .. } => {
+                (radius + ROBOT_RADIUS, path.clearance_of_disc(), "the table's radius and")
+            }
+            SurfaceSpec::RectangularTable { length, width, .. } => {
+                let beside = path.clearance_of_rectangle(length / 2.0, width / 2.0);
+                (ROBOT_RADIUS, beside, "")
+            }
+            SurfaceSpec::Pedestals { radius, offset, .. } => {
+                (radius + ROBOT_RADIUS, offset, "the pedestal's radius and")
+            }
+        };
+        if got < needed {
+            return Err(garde::Error::new(format!(
+                "the robot would bump into world.surface: the path passes at {got:.2} m, expected at least \
+                 {needed:.2} m ({what} the robot's {ROBOT_RADIUS} m); widen the path or the offset, or shrink the \
+                 surface"
+            )));
+        }
+        Ok(())
+    }
+}

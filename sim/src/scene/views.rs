@@ -1,0 +1,52 @@
+//! `views`: the pictures of single objects that the model is trained on.
+
+use crate::scene::rule::{Interval, interval_within, not_nan};
+use garde::Validate;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use vantage_dataset::Split;
+
+/// Pictures of single objects with known viewpoints, for training and calibration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct ViewsSpec {
+    /// Instances that train the model.
+    #[garde(range(min = 1))]
+    pub train_instances: u32,
+    /// Instances that calibrate noise and stop training.
+    #[garde(range(min = 1))]
+    pub validation_instances: u32,
+    /// Instances that the viewpoint error is measured on.
+    #[garde(range(min = 1))]
+    pub test_instances: u32,
+    /// Views of each instance, spread evenly over its sessions.
+    #[garde(range(min = 1, max = 10_000))]
+    pub views_per_instance: u32,
+    /// Sessions of each instance: one light and one set of neighbours each.
+    #[garde(range(min = 1, max = 1_000))]
+    pub sessions: u32,
+    /// Elevation of the camera above the horizontal plane through the object's centre, degrees.
+    #[garde(custom(interval_within(0.5, 85.0)))]
+    pub elevation_deg: Interval,
+    /// Distance of the camera from the object's centre, metres; drawn evenly in its logarithm.
+    #[garde(custom(interval_within(0.2, 50.0)))]
+    pub distance: Interval,
+    /// Standard deviation of the camera's roll, degrees.
+    #[garde(range(min = 0.0, max = 20.0), custom(not_nan))]
+    pub roll_sigma_deg: f64,
+    /// Share of sessions in which other objects stand near, and may hide part of this one.
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub occluder_probability: f64,
+}
+
+impl ViewsSpec {
+    /// How many instances a split has.
+    pub fn instances(&self, split: Split) -> usize {
+        let instances = match split {
+            Split::Train => self.train_instances,
+            Split::Validation => self.validation_instances,
+            Split::Test => self.test_instances,
+        };
+        instances as usize
+    }
+}

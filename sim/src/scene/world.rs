@@ -1,0 +1,111 @@
+//! `world`: surface, objects, room and light.
+
+use crate::object::Family;
+use crate::scene::rule::{Interval, interval_within, not_nan};
+use garde::Validate;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What there is to see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct WorldSpec {
+    /// What the objects stand on.
+    #[garde(dive)]
+    pub surface: SurfaceSpec,
+    /// Families the objects are drawn from; every family comes up equally often, to within one.
+    #[garde(length(min = 1), custom(all_different))]
+    pub families: Vec<Family>,
+    /// Number of objects.
+    #[garde(range(min = 1))]
+    pub objects: u32,
+    /// Least gap between the circles around two objects' footprints, metres.
+    #[garde(range(min = 0.0, max = 10.0), custom(not_nan))]
+    pub spacing: f64,
+    /// The room, centred on the world's origin; its textures change between episodes.
+    #[garde(dive)]
+    pub room: RoomSpec,
+    /// The light, drawn anew for each episode and each session of the training views.
+    #[garde(dive)]
+    pub lighting: LightingSpec,
+}
+
+/// What objects stand on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum SurfaceSpec {
+    /// One round table in the middle of the room.
+    RoundTable {
+        /// Radius of the top, metres.
+        #[garde(range(min = 0.05, max = 100.0), custom(not_nan))]
+        radius: f64,
+        /// Height of the top, metres.
+        #[garde(range(min = 0.05, max = 3.0), custom(not_nan))]
+        height: f64,
+    },
+    /// One rectangular table in the middle of the room.
+    RectangularTable {
+        /// Extent of the top along x, metres.
+        #[garde(range(min = 0.1, max = 200.0), custom(not_nan))]
+        length: f64,
+        /// Extent of the top along y, metres.
+        #[garde(range(min = 0.1, max = 200.0), custom(not_nan))]
+        width: f64,
+        /// Height of the top, metres.
+        #[garde(range(min = 0.05, max = 3.0), custom(not_nan))]
+        height: f64,
+    },
+    /// A round pedestal for each object, spaced evenly beside the robot's path, where its camera looks.
+    Pedestals {
+        /// Radius of the top, metres.
+        #[garde(range(min = 0.05, max = 5.0), custom(not_nan))]
+        radius: f64,
+        /// Height of the top, metres.
+        #[garde(range(min = 0.05, max = 3.0), custom(not_nan))]
+        height: f64,
+        /// Distance of a pedestal's axis from the path, metres.
+        #[garde(range(min = 0.1, max = 50.0), custom(not_nan))]
+        offset: f64,
+    },
+}
+
+/// A rectangular room.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct RoomSpec {
+    /// Extent along x, metres.
+    #[garde(range(min = 1.0, max = 500.0), custom(not_nan))]
+    pub length: f64,
+    /// Extent along y, metres.
+    #[garde(range(min = 1.0, max = 500.0), custom(not_nan))]
+    pub width: f64,
+    /// Height of the walls, metres.
+    #[garde(range(min = 1.0, max = 20.0), custom(not_nan))]
+    pub height: f64,
+}
+
+/// Ranges that the light is drawn from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct LightingSpec {
+    /// Ambient irradiance; 1 shows a surface at its own colour.
+    #[garde(custom(interval_within(0.0, 2.0)))]
+    pub ambient: Interval,
+    /// Irradiance of the directional light on a surface that faces it.
+    #[garde(custom(interval_within(0.0, 2.0)))]
+    pub directional: Interval,
+    /// Elevation of the directional light, degrees.
+    #[garde(custom(interval_within(0.0, 90.0)))]
+    pub elevation_deg: Interval,
+    /// Each colour channel of each light is scaled by up to this much more or less.
+    #[garde(range(min = 0.0, max = 0.5), custom(not_nan))]
+    pub tint: f64,
+}
+
+fn all_different(families: &[Family], _: &()) -> garde::Result {
+    let repeated = families.iter().enumerate().find(|(i, family)| families[..*i].contains(family));
+    match repeated {
+        None => Ok(()),
+        Some((_, family)) => Err(garde::Error::new(format!("{family:?} is listed more than once"))),
+    }
+}

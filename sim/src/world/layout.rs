@@ -1,0 +1,139 @@
+//! Where objects are put down.
+
+use crate::error::SimError;
+use crate::object::Object;
+use crate::world::stand::{Outline, Stand};
+use nalgebra::Vector2;
+use std::f64::consts::PI;
+use vantage_dataset::Stream;
+
+/// Positions tried for one object before the whole layout is begun anew.
+const TRIES: usize = 2_000;
+/// Layouts begun before giving up.
+const RESTARTS: usize = 20;
+
+/// Where one object is put down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Index of its stand.
+    pub stand: usize,
+    /// World frame, metres.
+    pub position: Vector2<f64>,
+    /// Turn about the vertical, radians.
+    pub yaw: f64,
+}
+
+/// Radius of the circle around an upright object's footprint, metres.
+pub fn footprint(object: &Object) -> f64 {
+    libm::hypot(object.half_extents[0], object.half_extents[1])
+}
+
+/// Draws a place for each object, given the radii of their footprints: wholly on a stand, circles at least
+/// `spacing` apart. A single stand holds all objects; of several, each holds its own.
+pub fn draw(
+    stands: &[Stand],
+    surface: &'static str,
+    footprints: &[f64],
+    spacing: f64,
+    stream: &mut Stream,
+) -> Result<Vec<Place>, SimError> {
+    let mut best = 0;
+    for _ in 0..RESTARTS {
+        match attempt(stands, footprints, spacing, stream) {
+            Ok(places) => return Ok(places),
+            Err(placed) => best = best.max(placed),
+        }
+    }
+    Err(SimError::NothingFits { placed: best, wanted: footprints.len(), surface })
+}
+
+/// One layout, or how many objects were placed before one found no room; the largest go first.
+fn attempt(
+    stands: &[Stand],
+    footprints: &[f64],
+    spacing: f64,
+    stream: &mut Stream,
+) -> Result<Vec<Place>, usize> {
+    let mut order: Vec<usize> = (0..footprints.len()).collect();
+    order.sort_by(|a, b| footprints[*b].total_cmp(&footprints[*a]));
+    let mut placed: Vec<(usize, Place)> = Vec::with_capacity(order.len());
+    for object in order {
+        let radius = footprints[object];
+        let stand = if stands.len() == 1 { 0 } else { object };
+        let free = |position: &Vector2<f64>| {
+            placed.iter().all(|(other, place)| {
+                (place.position - position).norm() >= footprints[*other] + radius + spacing
+            })
+        };
+        let position = (0..TRIES)
+            .filter_map(|_| stands[stand].draw_position(radius, stream))
+            .find(free)
+            .ok_or(placed.len())?;
+        placed.push((object, Place { stand, position, yaw: stream.uniform(-PI, PI) }));
+    }
+    placed.sort_by_key(|(object, _)| *object);
+    Ok(placed.into_iter().map(|(_, place)| place).collect())
+}
+
+impl Stand {
+    /// A point at which a circle of this radius lies wholly on the stand; `None` where there is none.
+    fn draw_position(&self, radius: f64, stream: &mut Stream) -> Option<Vector2<f64>> {
+        let (a, b) = (stream.unit(), stream.unit());
+        match self.outline {
+            Outline::Disc { radius: outer } => {
+                let angle = 2.0 * PI * b;
+                let at = Vector2::new(libm::cos(angle), libm::sin(angle)) * libm::sqrt(a);
+                (outer >= radius).then(|| self.center + at * (outer - radius))
+            }
+            Outline::Rectangle { half_extents: [x, y] } => {
+                let free = Vector2::new(x - radius, y - radius);
+                let at = Vector2::new(2.0 * a - 1.0, 2.0 * b - 1.0);
+                (free.min() >= 0.0).then(|| self.center + at.component_mul(&free))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vantage_dataset::Seed;
+
+    fn table(outline: Outline) -> [Stand; 1] {
+        [Stand { center: Vector2::new(1.0, 2.0), height: 0.7, outline }]
+    }
+
+    #[test]
+    fn places_keep_on_the_stand_and_apart() {
+        let footprints = [0.05, 0.1, 0.02, 0.1, 0.05, 0.08];
+        for outline in [Outline::Disc { radius: 0.4 }, Outline::Rectangle { half_extents: [0.5, 0.3] }] {
+            let places =
+                draw(&table(outline), "table", &footprints, 0.03, &mut Seed(1).stream("layout", 0)).unwrap();
+            for (i, place) in places.iter().enumerate() {
+                let at = place.position - Vector2::new(1.0, 2.0);
+                let r = footprints[i] - 1e-12;
+                match outline {
+                    Outline::Disc { radius } => assert!(at.norm() + r <= radius),
+                    Outline::Rectangle { half_extents: [x, y] } => {
+                        assert!(at.x.abs() + r <= x && at.y.abs() + r <= y);
+                    }
+                }
+                for (j, other) in places.iter().enumerate().take(i) {
+                    assert!((other.position - place.position).norm() >= footprints[j] + r + 0.03);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_surface_too_small_says_how_many_fit() {
+        let got = draw(
+            &table(Outline::Disc { radius: 0.21 }),
+            "table",
+            &[0.1, 0.1, 0.1, 0.1],
+            0.01,
+            &mut Seed(1).stream("layout", 0),
+        );
+        assert!(matches!(got, Err(SimError::NothingFits { placed: 1, wanted: 4, .. })), "{got:?}");
+    }
+}

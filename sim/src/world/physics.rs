@@ -1,0 +1,131 @@
+//! The physics engine, z up, in fixed steps.
+
+use crate::error::SimError;
+use crate::object::Object;
+use crate::robot::body;
+use crate::world::convert::{pose_from_physics, pose_to_physics, vector_to_physics};
+use crate::world::stand::{Outline, Stand};
+use nalgebra::{Translation3, Unit, UnitQuaternion, Vector2, Vector3};
+use rapier3d::prelude::{
+    CoefficientCombineRule, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector,
+};
+use std::f64::consts::FRAC_PI_2;
+use vantage_dataset::Pose;
+
+/// Physics steps a second.
+pub const RATE: u32 = 120;
+
+const GRAVITY: f32 = 9.81;
+/// Slows objects that rock or roll, as felt and friction do, so that they come to rest.
+const ANGULAR_DAMPING: f32 = 1.0;
+const FRICTION: f32 = 0.8;
+
+/// The engine with a floor at z = 0.
+pub struct Physics {
+    world: PhysicsWorld,
+}
+
+/// A body in the engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Body(RigidBodyHandle);
+
+impl Physics {
+    /// An empty world.
+    pub fn new(stands: &[Stand]) -> Self {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::new(0.0, 0.0, -GRAVITY);
+        world.integration_parameters.dt = 1.0 / RATE as f32;
+        world.insert_collider(
+            ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)).friction(FRICTION),
+            None,
+        );
+        for stand in stands {
+            let half_height = stand.height / 2.0;
+            let center = Translation3::new(stand.center.x, stand.center.y, half_height);
+            let (collider, rotation) = match stand.outline {
+                Outline::Disc { radius } => {
+                    (ColliderBuilder::cylinder(half_height as f32, radius as f32), standing_cylinder())
+                }
+                Outline::Rectangle { half_extents: [x, y] } => (
+                    ColliderBuilder::cuboid(x as f32, y as f32, half_height as f32),
+                    UnitQuaternion::identity(),
+                ),
+            };
+            let pose = Pose::from_parts(center, rotation);
+            world.insert_collider(collider.position(pose_to_physics(&pose)).friction(FRICTION), None);
+        }
+        Self { world }
+    }
+
+    /// Adds an object as the convex hull of its points, or `None` where they have no volume.
+    pub fn add_object(&mut self, object: &Object, world_from_object: &Pose, label: u32) -> Option<Body> {
+        let points: Vec<Vector> = object.hull.iter().map(|&[x, y, z]| Vector::new(x, y, z)).collect();
+        let collider = ColliderBuilder::convex_hull(&points)?.mass(object.mass as f32).friction(FRICTION);
+        let body = RigidBodyBuilder::dynamic()
+            .pose(pose_to_physics(world_from_object))
+            .angular_damping(ANGULAR_DAMPING)
+            .user_data(u128::from(label));
+        Some(Body(self.world.insert(body, collider).0))
+    }
+
+    /// Adds the robot's body: it slides on the floor without friction and cannot tip over.
+    pub fn add_robot(&mut self, position: &Vector2<f64>, heading: f64) -> Body {
+        let half_height = body::HEIGHT / 2.0;
+        let pose = Pose::from_parts(
+            Translation3::new(position.x, position.y, half_height),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading),
+        );
+        let upright = Pose::from_parts(Translation3::identity(), standing_cylinder());
+        let collider = ColliderBuilder::cylinder(half_height as f32, body::RADIUS as f32)
+            .position(pose_to_physics(&upright))
+            .mass(body::MASS as f32)
+            .friction(0.0)
+            .friction_combine_rule(CoefficientCombineRule::Min);
+        let robot = RigidBodyBuilder::dynamic()
+            .pose(pose_to_physics(&pose))
+            .enabled_rotations(false, false, true)
+            .can_sleep(false);
+        Body(self.world.insert(robot, collider).0)
+    }
+
+    /// Advances the world by one step of `1 / RATE` seconds.
+    pub fn step(&mut self) -> Result<(), SimError> {
+        self.world.step();
+        let quarantine = self.world.quarantine();
+        if quarantine.is_empty() {
+            return Ok(());
+        }
+        let body = match quarantine.bodies().first() {
+            Some(handle) => match self.world.bodies[*handle].user_data {
+                0 => "the robot".to_owned(),
+                label => format!("object {}", label - 1),
+            },
+            None => "a collider".to_owned(),
+        };
+        Err(SimError::NonFinite { body })
+    }
+
+    /// Where a body is.
+    pub fn pose(&self, body: Body) -> Pose {
+        pose_from_physics(self.world.bodies[body.0].position())
+    }
+
+    /// Whether a body has come to rest.
+    pub fn at_rest(&self, body: Body) -> bool {
+        self.world.bodies[body.0].is_sleeping()
+    }
+
+    /// Sets a body's horizontal velocity, metres a second, and yaw rate, radians a second; it falls as it does.
+    pub fn push(&mut self, body: Body, velocity: &Vector2<f64>, yaw_rate: f64) {
+        let body = &mut self.world.bodies[body.0];
+        let mut linear = vector_to_physics(&Vector3::new(velocity.x, velocity.y, 0.0));
+        linear.z = body.linvel().z;
+        body.set_linvel(linear, true);
+        body.set_angvel(vector_to_physics(&Vector3::new(0.0, 0.0, yaw_rate)), true);
+    }
+}
+
+/// The engine's cylinders lie along y.
+fn standing_cylinder() -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2)
+}
