@@ -1,0 +1,99 @@
+//! What an estimator answers.
+
+use crate::observation_model::LatentGaussian;
+use crate::solve::Outcome;
+use crate::spec::Row;
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
+use vantage_dataset::Pose;
+
+/// The posterior of one episode: its maximum, and marginals where asked for.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Which estimator.
+    pub row: Row,
+    /// How it ended. Whatever the outcome, all numbers here are finite and worth scoring, `cost` excepted.
+    pub outcome: Outcome,
+    /// X: the robot's pose at each step, in the frame of its first pose.
+    pub world_from_robot: Vec<Pose>,
+    /// Covariance of the right perturbation of each robot pose, rotation first; `None` where not asked for
+    /// or not defined.
+    pub pose_covariances: Option<Vec<Matrix6<f64>>>,
+    /// O and E by track; `None` for a track without detections and for the unresolved ones.
+    pub objects: Vec<Option<ObjectEstimate>>,
+    /// Tracks that were seen and yet could not be placed, in order.
+    pub unresolved: Vec<Unresolved>,
+    /// Linearisations of the last problem over all variables, and of its alternatives.
+    pub iterations: usize,
+    /// Negative log-posterior, nats up to a constant; comparable only within one row of one episode. Not a
+    /// number where the outcome is [`Outcome::Diverged`] from the start.
+    pub cost: f64,
+    /// Detections that were not used, or not fully.
+    pub dropped_detections: Dropped,
+}
+
+/// One object.
+#[derive(Clone, Debug)]
+pub struct ObjectEstimate {
+    /// Its centre in the world, metres.
+    pub position: Vector3<f64>,
+    /// Covariance of the position, world axes; `None` where not asked for or not defined.
+    pub position_covariance: Option<Matrix3<f64>>,
+    /// Its diameter from box and distance, metres; `None` where no view told.
+    pub size: Option<f64>,
+    /// Its orientation, for rows with semantic factors and objects with semantic views.
+    pub orientation: Option<Orientation>,
+    /// P(e | H): mean at the maximum, marginal variances; as for the orientation.
+    pub latent: Option<LatentGaussian>,
+    /// Bearings used.
+    pub bearings: usize,
+    /// Semantic measurements used.
+    pub semantic_views: usize,
+}
+
+/// How an object is turned.
+#[derive(Clone, Copy, Debug)]
+pub struct Orientation {
+    /// The rotation of `world_from_object`.
+    pub world_from_object: UnitQuaternion<f64>,
+    /// Covariance of its right perturbation; `None` where not asked for or not defined.
+    pub covariance: Option<Matrix3<f64>>,
+    /// By how much the second distinct mode of the yaw is worse, nats; infinite where there was no other.
+    pub margin: f64,
+}
+
+/// A track that could not be placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unresolved {
+    /// The track.
+    pub track: usize,
+    /// Why.
+    pub reason: UnresolvedReason,
+}
+
+/// Why a track could not be placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnresolvedReason {
+    /// All its boxes touch the border of the image.
+    Truncated,
+    /// Only one of its boxes does not touch the border.
+    SeenOnce,
+    /// Its rays are too close to parallel.
+    NoParallax,
+    /// Its rays do not meet in front of the cameras.
+    BehindCamera,
+}
+
+/// Counts of detections that were not used, or not fully.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Not used at all: the box touches the border of the image.
+    pub truncated: usize,
+    /// Not used at all: of a track that could not be placed.
+    pub unresolved: usize,
+    /// Bearing used, crop not: the model's output was not finite.
+    pub non_finite: usize,
+    /// Bearing used, crop not: the viewpoint is undefined, as from straight above.
+    pub undefined_viewpoint: usize,
+    /// Bearing used, crop not: too close in viewpoint to one that is.
+    pub redundant_viewpoint: usize,
+}

@@ -1,0 +1,75 @@
+//! Priors: on a pose (the gauge), and P(e) = N(0, I) on a latent.
+
+use super::{Factor, LinearFactor, dynamic_matrix, dynamic_vector, finite};
+use crate::se3_jacobian::right_jacobian_inverse;
+use crate::variable::{Key, Values};
+use nalgebra::{DMatrix, DVector, Matrix6};
+use vantage_dataset::{Pose, se3};
+
+/// `W Log(mean^-1 * x)`.
+#[derive(Clone, Debug)]
+pub struct PosePrior {
+    keys: [Key; 1],
+    mean: Pose,
+    sqrt_information: Matrix6<f64>,
+}
+
+impl PosePrior {
+    /// A prior with the information of the mean's right perturbation.
+    pub fn new(key: Key, mean: Pose, sqrt_information: Matrix6<f64>) -> Self {
+        Self { keys: [key], mean, sqrt_information }
+    }
+}
+
+impl Factor for PosePrior {
+    fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    fn residual(&self, values: &Values) -> Option<DVector<f64>> {
+        let error = se3::log(&self.mean.inv_mul(values.pose(self.keys[0])?));
+        finite(dynamic_vector(&(self.sqrt_information * error)))
+    }
+
+    fn linearize(&self, values: &Values) -> Option<LinearFactor> {
+        let error = se3::log(&self.mean.inv_mul(values.pose(self.keys[0])?));
+        LinearFactor {
+            residual: dynamic_vector(&(self.sqrt_information * error)),
+            jacobians: vec![dynamic_matrix(&(self.sqrt_information * right_jacobian_inverse(&error)))],
+        }
+        .finite()
+    }
+
+    fn is_anchor(&self) -> bool {
+        true
+    }
+}
+
+/// P(e) = N(0, I): the residual is `e` itself.
+#[derive(Clone, Debug)]
+pub struct StandardNormalPrior {
+    keys: [Key; 1],
+}
+
+impl StandardNormalPrior {
+    /// The prior of one latent.
+    pub fn new(key: Key) -> Self {
+        Self { keys: [key] }
+    }
+}
+
+impl Factor for StandardNormalPrior {
+    fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    fn residual(&self, values: &Values) -> Option<DVector<f64>> {
+        finite(values.vector(self.keys[0])?.clone())
+    }
+
+    fn linearize(&self, values: &Values) -> Option<LinearFactor> {
+        let e = values.vector(self.keys[0])?.clone();
+        let identity = DMatrix::identity(e.len(), e.len());
+        LinearFactor { residual: e, jacobians: vec![identity] }.finite()
+    }
+}

@@ -1,0 +1,135 @@
+//! What an estimator refuses to start from.
+
+use crate::noise::sqrt_information;
+use crate::observation_model::{ModelError, ObservationModel};
+use crate::spec::{EstimatorSpec, Row};
+use garde::Validate;
+use vantage_dataset::{Observations, Pose};
+
+/// Tracks above this are taken for corrupt, not for that many objects.
+const MOST_TRACKS: usize = 1_000_000;
+
+/// Why there is no estimate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EstimateError {
+    /// A setting is out of range.
+    #[error("estimator settings: {report}")]
+    Spec {
+        /// Every field that is wrong, and how.
+        report: String,
+    },
+    /// The row needs a model and got none.
+    #[error("the row `{row}` needs an observation model, got none; train one, or leave the row out")]
+    ModelMissing {
+        /// The row.
+        row: Row,
+    },
+    /// The model failed for a reason other than a number that is not finite.
+    #[error("observation model: {0}")]
+    Model(#[from] ModelError),
+    /// The camera's intrinsics or mount are not usable.
+    #[error("camera: got {got}, expected finite numbers and positive focal lengths")]
+    Camera {
+        /// The camera, or its mount.
+        got: String,
+    },
+    /// An odometry measurement is not usable.
+    #[error("odometry {index}: {problem}")]
+    Odometry {
+        /// Its index in the observations.
+        index: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// A detection is not usable.
+    #[error("detection {index}: {problem}")]
+    Detection {
+        /// Its index in the observations.
+        index: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+}
+
+/// Checks all that the estimator relies on.
+pub fn check(
+    observations: &Observations,
+    row: Row,
+    model: Option<&dyn ObservationModel>,
+    spec: &EstimatorSpec,
+) -> Result<(), EstimateError> {
+    spec.validate().map_err(|report| EstimateError::Spec { report: report.to_string() })?;
+    if row.is_semantic() {
+        check_model(model.ok_or(EstimateError::ModelMissing { row })?)?;
+    }
+    check_camera(observations)?;
+    check_odometry(observations)?;
+    check_detections(observations)
+}
+
+fn check_model(model: &dyn ObservationModel) -> Result<(), ModelError> {
+    let (got, expected) = (model.noise().sqrt_information().nrows(), model.measurement_dim());
+    if got == expected {
+        Ok(())
+    } else {
+        Err(ModelError::Shape { what: "square root of the information (rows)", got, expected })
+    }
+}
+
+fn is_finite(pose: &Pose) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
+}
+
+fn check_camera(observations: &Observations) -> Result<(), EstimateError> {
+    let camera = observations.camera;
+    let usable = [camera.fx, camera.fy].iter().all(|f| f.is_finite() && *f > 0.0)
+        && camera.cx.is_finite()
+        && camera.cy.is_finite();
+    if !usable {
+        return Err(EstimateError::Camera { got: format!("{camera:?}") });
+    }
+    if !is_finite(&observations.robot_from_camera) {
+        return Err(EstimateError::Camera {
+            got: format!("robot_from_camera {:?}", observations.robot_from_camera),
+        });
+    }
+    Ok(())
+}
+
+fn check_odometry(observations: &Observations) -> Result<(), EstimateError> {
+    let steps = observations.steps();
+    for (index, odometry) in observations.odometry.iter().enumerate() {
+        let (from, to) = (odometry.from, odometry.to);
+        let problem = if from >= steps || to >= steps || from == to {
+            format!("got steps {from} to {to}, expected two different steps below {steps}")
+        } else if !is_finite(&odometry.robot_from_robot) {
+            format!("got motion {:?}, expected finite numbers", odometry.robot_from_robot)
+        } else if sqrt_information(&odometry.covariance).is_none() {
+            format!("got covariance {}, expected a positive definite matrix", odometry.covariance)
+        } else {
+            continue;
+        };
+        return Err(EstimateError::Odometry { index, problem });
+    }
+    Ok(())
+}
+
+fn check_detections(observations: &Observations) -> Result<(), EstimateError> {
+    let steps = observations.steps();
+    for (index, detection) in observations.detections.iter().enumerate() {
+        let bounds = detection.bounding_box;
+        let positive = bounds.min.x < bounds.max.x && bounds.min.y < bounds.max.y;
+        let problem = if detection.step >= steps {
+            format!("got step {}, expected one below {steps}", detection.step)
+        } else if detection.track >= MOST_TRACKS {
+            format!("got track {}, expected one below {MOST_TRACKS}", detection.track)
+        } else if !positive || !(bounds.side().is_finite() && bounds.center().iter().all(|c| c.is_finite())) {
+            format!("got box {bounds:?}, expected finite edges and a positive area")
+        } else {
+            continue;
+        };
+        return Err(EstimateError::Detection { index, problem });
+    }
+    Ok(())
+}

@@ -1,0 +1,183 @@
+//! The numeric half: the normal equations at one point, and the damped step.
+
+use super::reduced::Reduced;
+use super::structure::{Place, Structure};
+use crate::factor::LinearFactor;
+use crate::graph::Graph;
+use crate::variable::{Key, Values};
+use faer::linalg::matmul::{matmul, triangular};
+use faer::{Accum, Mat, MatRef, Par};
+use nalgebra::{DMatrix, DVector};
+
+/// Bounds of the damping's scale D = diag(J^T W J), as in Ceres.
+const DAMPING_SCALE: (f64, f64) = (1e-6, 1e32);
+
+/// `H = J^T W J` and `g = J^T W r` of a graph at a point.
+pub struct System<'s> {
+    pub(super) structure: &'s Structure,
+    /// Lower triangle over kept variables, before any latent is eliminated.
+    pub(super) hessian: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
+    pub(super) locals: Vec<LocalSystem>,
+}
+
+/// The rows of one latent.
+pub(super) struct LocalSystem {
+    /// `[D x D]`, lower triangle.
+    pub hessian: Mat<f64>,
+    /// `[D x width]`: with the neighbours, in their order.
+    pub coupling: Mat<f64>,
+    pub gradient: Vec<f64>,
+}
+
+/// A step of all free variables.
+pub struct Step {
+    pub(super) kept: Vec<f64>,
+    pub(super) locals: Vec<Vec<f64>>,
+    /// By how much the linearised problem's cost would fall, nats.
+    pub predicted_decrease: f64,
+}
+
+impl Structure {
+    /// The normal equations at `values`, or `None` where a factor is undefined.
+    pub fn linearize(&self, graph: &Graph<'_>, values: &Values) -> Option<System<'_>> {
+        let mut system = System {
+            structure: self,
+            hessian: vec![0.0; self.entries()],
+            gradient: vec![0.0; self.columns],
+            locals: self
+                .locals
+                .iter()
+                .map(|local| LocalSystem {
+                    hessian: Mat::zeros(local.dim, local.dim),
+                    coupling: Mat::zeros(local.dim, local.width),
+                    gradient: vec![0.0; local.dim],
+                })
+                .collect(),
+        };
+        for factor in graph.factors() {
+            let mut linear = factor.linearize(values)?;
+            let s = linear.residual.norm_squared();
+            let weight = factor.information_scale() * factor.kernel().weight(s, linear.residual.len());
+            let root = weight.sqrt();
+            linear.residual *= root;
+            for jacobian in &mut linear.jacobians {
+                *jacobian *= root;
+            }
+            system.add(factor.keys(), &linear)?;
+        }
+        let finite = system.gradient.iter().chain(&system.hessian).all(|x| x.is_finite())
+            && system.locals.iter().all(|local| local.gradient.iter().all(|x| x.is_finite()));
+        finite.then_some(system)
+    }
+
+    /// `values` moved by `step`.
+    pub fn retract(&self, values: &Values, step: &Step) -> Values {
+        let mut moved = values.clone();
+        for kept in &self.kept {
+            moved.retract(kept.key, &step.kept[kept.column..kept.column + kept.dim]);
+        }
+        for (local, delta) in self.locals.iter().zip(&step.locals) {
+            moved.retract(local.key, delta);
+        }
+        moved
+    }
+}
+
+impl System<'_> {
+    fn add(&mut self, keys: &[Key], linear: &LinearFactor) -> Option<()> {
+        let structure = self.structure;
+        let mut kept: Vec<(usize, &DMatrix<f64>)> = Vec::with_capacity(keys.len());
+        let mut local = None;
+        for (key, jacobian) in keys.iter().zip(&linear.jacobians) {
+            match structure.places.get(key) {
+                Some(Place::Kept(block)) => kept.push((*block, jacobian)),
+                Some(Place::Local(index)) => local = Some((*index, jacobian)),
+                None => {}
+            }
+        }
+        for &(a, jacobian_a) in &kept {
+            let first = structure.kept[a].column;
+            add_to(&mut self.gradient[first..], &jacobian_a.tr_mul(&linear.residual));
+            for &(b, jacobian_b) in kept.iter().filter(|(b, _)| *b <= a) {
+                let block = jacobian_a.tr_mul(jacobian_b);
+                for column in 0..block.ncols() {
+                    let first_row = if a == b { column } else { 0 };
+                    let start = structure.entry((a, b), first_row, column)?;
+                    for row in first_row..block.nrows() {
+                        self.hessian[start + row - first_row] += block[(row, column)];
+                    }
+                }
+            }
+        }
+        if let Some((index, jacobian)) = local {
+            self.add_local(index, jacobian, &kept, &linear.residual)?;
+        }
+        Some(())
+    }
+
+    fn add_local(
+        &mut self,
+        index: usize,
+        jacobian: &DMatrix<f64>,
+        kept: &[(usize, &DMatrix<f64>)],
+        residual: &DVector<f64>,
+    ) -> Option<()> {
+        let layout = &self.structure.locals[index];
+        let local = &mut self.locals[index];
+        let transposed = view(jacobian).transpose();
+        triangular::matmul(
+            local.hessian.as_mut(),
+            triangular::BlockStructure::TriangularLower,
+            Accum::Add,
+            transposed,
+            triangular::BlockStructure::Rectangular,
+            view(jacobian),
+            triangular::BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        for &(block, jacobian_kept) in kept {
+            let offset = *layout.neighbours.get(&block)?;
+            let target = local.coupling.as_mut().subcols_mut(offset, jacobian_kept.ncols());
+            matmul(target, Accum::Add, transposed, view(jacobian_kept), 1.0, Par::Seq);
+        }
+        add_to(&mut local.gradient, &jacobian.tr_mul(residual));
+        Some(())
+    }
+
+    /// The step of `(H + lambda D) delta = -g`, or `None` where that is not positive definite.
+    pub fn step(&self, lambda: f64) -> Option<Step> {
+        let (kept, locals) = Reduced::new(self, lambda)?.solve()?;
+        let mut model = 0.0;
+        for (column, delta) in kept.iter().enumerate() {
+            model += delta * (lambda * self.scale(column) * delta - self.gradient[column]);
+        }
+        for (local, delta) in self.locals.iter().zip(&locals) {
+            for (i, d) in delta.iter().enumerate() {
+                model += d * (lambda * damping_scale(local.hessian[(i, i)]) * d - local.gradient[i]);
+            }
+        }
+        let predicted_decrease = model / 2.0;
+        predicted_decrease.is_finite().then_some(Step { kept, locals, predicted_decrease })
+    }
+
+    /// D of a column of the reduced system.
+    pub(super) fn scale(&self, column: usize) -> f64 {
+        damping_scale(self.hessian[self.structure.column_starts[column]])
+    }
+}
+
+pub(super) fn damping_scale(diagonal: f64) -> f64 {
+    diagonal.clamp(DAMPING_SCALE.0, DAMPING_SCALE.1)
+}
+
+fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols())
+}
+
+fn add_to(target: &mut [f64], source: &DVector<f64>) {
+    for (t, s) in target.iter_mut().zip(source.iter()) {
+        *t += s;
+    }
+}

@@ -1,0 +1,63 @@
+//! Detections as the graph uses them: rays with an angular size, grouped by track.
+
+use nalgebra::Vector3;
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use vantage_dataset::{Detection, Observations};
+
+/// A detection whose box is whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Index into [`Observations::detections`].
+    pub detection: usize,
+    /// Step at which it was seen.
+    pub step: usize,
+    /// Ray through the box centre, camera frame, `z = 1`.
+    pub ray_in_camera: Vector3<f64>,
+    /// Longer side of the box over the focal length.
+    pub angular_size: f64,
+}
+
+/// All whole detections by track and step, and the number of truncated ones by track.
+///
+/// The order does not depend on the order of the detections.
+pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>, BTreeMap<usize, usize>) {
+    let mut order: Vec<usize> = (0..observations.detections.len()).collect();
+    order.sort_by(|&a, &b| compare(&observations.detections[a], &observations.detections[b]));
+    let camera = observations.camera;
+    let focal_length = (camera.fx + camera.fy) / 2.0;
+    let mut whole: BTreeMap<usize, Vec<Sighting>> = BTreeMap::new();
+    let mut truncated = BTreeMap::new();
+    for index in order {
+        let detection = &observations.detections[index];
+        if detection.bounding_box.is_truncated(&camera) {
+            *truncated.entry(detection.track).or_insert(0) += 1;
+            continue;
+        }
+        whole.entry(detection.track).or_default().push(Sighting {
+            detection: index,
+            step: detection.step,
+            ray_in_camera: camera.ray_in_camera(&detection.bounding_box.center()),
+            angular_size: detection.bounding_box.side() / focal_length,
+        });
+    }
+    (whole, truncated)
+}
+
+fn compare(a: &Detection, b: &Detection) -> Ordering {
+    let numbers = |d: &Detection| {
+        let bounds = d.bounding_box;
+        [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y]
+    };
+    (a.track, a.step)
+        .cmp(&(b.track, b.step))
+        .then_with(|| {
+            numbers(a)
+                .iter()
+                .zip(numbers(b))
+                .map(|(x, y)| x.total_cmp(&y))
+                .find(|ordering| ordering.is_ne())
+                .unwrap_or(Ordering::Equal)
+        })
+        .then_with(|| a.masked_crop.0.cmp(&b.masked_crop.0))
+}

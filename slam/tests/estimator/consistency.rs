@@ -1,0 +1,68 @@
+//! Calibration: the normalised estimation error squared of poses and objects is chi-square distributed.
+
+use crate::model::TanhModel;
+use crate::world::{World, WorldSpec, matching_spec};
+use vantage_dataset::{Seed, se3};
+use vantage_slam::{Row, estimate};
+
+const SEEDS: u64 = 40;
+
+/// Two-sided 99.9% interval of chi-square over its degrees of freedom (Wilson-Hilferty).
+fn interval(degrees_of_freedom: f64) -> (f64, f64) {
+    let spread = (2.0 / (9.0 * degrees_of_freedom)).sqrt();
+    let bound = |z: f64| (1.0 - 2.0 / (9.0 * degrees_of_freedom) + z * spread).powi(3);
+    (bound(-3.2905), bound(3.2905))
+}
+
+/// Mean NEES over its dimension, of the last pose and of the first object, with its interval.
+fn check(row: Row, model: Option<&TanhModel>) {
+    let spec = WorldSpec { odometry_sigma: [0.005, 0.005], ..WorldSpec::sparse_loop() };
+    let (mut pose, mut object) = (0.0, 0.0);
+    for seed in 0..SEEDS {
+        let world = World::new(&spec, model, Seed(1000 + seed));
+        let model = model.map(|m| m as &dyn vantage_slam::ObservationModel);
+        let answer = estimate(&world.observations, row, model, &matching_spec(&spec)).unwrap();
+        let last = spec.steps / 2;
+        let error = se3::log(&answer.world_from_robot[last].inv_mul(&world.world_from_robot[last]));
+        let covariance = answer.pose_covariances.as_ref().unwrap()[last];
+        pose += error.dot(&covariance.cholesky().unwrap().solve(&error)) / (6 * SEEDS) as f64;
+        let first = answer.objects[3].as_ref().unwrap();
+        let error = first.position - world.world_from_object[3].translation.vector;
+        let solved = first.position_covariance.unwrap().cholesky().unwrap().solve(&error);
+        object += error.dot(&solved) / (3 * SEEDS) as f64;
+    }
+    let (of_pose, of_object) = (interval((6 * SEEDS) as f64), interval((3 * SEEDS) as f64));
+    println!(
+        "{row}: NEES per dimension: pose {pose:.3} in {of_pose:.3?}, object {object:.3} in {of_object:.3?}"
+    );
+    assert!(of_pose.0 < pose && pose < of_pose.1);
+    assert!(of_object.0 < object && object < of_object.1);
+}
+
+#[test]
+fn odometry_alone_is_consistent() {
+    let spec = WorldSpec::sparse_loop();
+    let mut nees = 0.0;
+    for seed in 0..SEEDS {
+        let world = World::new(&spec, None, Seed(seed));
+        let answer = estimate(&world.observations, Row::Odometry, None, &matching_spec(&spec)).unwrap();
+        let last = 20;
+        let error = se3::log(&answer.world_from_robot[last].inv_mul(&world.world_from_robot[last]));
+        let covariance = answer.pose_covariances.as_ref().unwrap()[last];
+        nees += error.dot(&covariance.cholesky().unwrap().solve(&error)) / (6 * SEEDS) as f64;
+    }
+    let bounds = interval((6 * SEEDS) as f64);
+    println!("odometry: NEES per dimension {nees:.3} in {bounds:.3?}");
+    assert!(bounds.0 < nees && nees < bounds.1);
+}
+
+#[test]
+fn geometric_is_consistent() {
+    check(Row::Geometric, None);
+}
+
+#[test]
+fn viewpoint_dependent_is_consistent() {
+    let model = TanhModel::new([8, 12, 32], 0.1, f64::INFINITY, Seed(1));
+    check(Row::ViewpointDependent, Some(&model));
+}

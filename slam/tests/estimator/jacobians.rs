@@ -1,0 +1,148 @@
+//! Every factor's derivatives against central differences, at residuals far from zero.
+
+use crate::model::TanhModel;
+use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector3};
+use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
+use vantage_slam::Key;
+use vantage_slam::factor::semantic::SemanticScaling;
+use vantage_slam::factor::{
+    BearingFactor, BetweenFactor, Factor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
+};
+use vantage_slam::noise::Kernel;
+use vantage_slam::variable::{Value, Values};
+
+const STEP: f64 = 1e-6;
+
+/// Compares each block with central differences; returns the norm of the residual.
+fn check(factor: &dyn Factor, values: &Values) -> f64 {
+    let linear = factor.linearize(values).expect("the factor is defined here");
+    let residual = factor.residual(values).unwrap();
+    assert!((&linear.residual - &residual).amax() < 1e-12, "linearize and residual disagree");
+    for (key, jacobian) in factor.keys().iter().zip(&linear.jacobians) {
+        let dim = values.get(*key).unwrap().dim();
+        assert_eq!(jacobian.shape(), (residual.len(), dim));
+        for column in 0..dim {
+            let at = |sign: f64| {
+                let mut step = vec![0.0; dim];
+                step[column] = sign * STEP;
+                let mut moved = values.clone();
+                moved.retract(*key, &step);
+                factor.residual(&moved).unwrap()
+            };
+            let numeric = (at(1.0) - at(-1.0)) / (2.0 * STEP);
+            let scale = 1.0 + numeric.amax();
+            let difference = (numeric - jacobian.column(column)).amax() / scale;
+            assert!(difference < 1e-6, "{key}, column {column}: off by {difference} of {scale}");
+        }
+    }
+    residual.norm()
+}
+
+fn random_tangent(stream: &mut Stream, rotation: f64, translation: f64) -> Tangent {
+    Tangent::from_fn(|i, _| if i < 3 { rotation } else { translation } * stream.normal())
+}
+
+fn random_information(stream: &mut Stream) -> Matrix6<f64> {
+    Matrix6::from_fn(|i, j| if i == j { stream.uniform(5.0, 20.0) } else { stream.normal() })
+}
+
+#[test]
+fn between() {
+    let mut stream = Seed(1).stream("between", 0);
+    for _ in 0..20 {
+        let mut values = Values::default();
+        for step in 0..2 {
+            values.insert(Key::Robot(step), Value::Pose(se3::exp(&random_tangent(&mut stream, 0.8, 3.0))));
+        }
+        let measured = se3::exp(&random_tangent(&mut stream, 0.3, 1.0));
+        let factor =
+            BetweenFactor::new(Key::Robot(0), Key::Robot(1), measured, random_information(&mut stream));
+        assert!(check(&factor, &values) > 1.0);
+    }
+}
+
+#[test]
+fn priors() {
+    let mut stream = Seed(2).stream("prior", 0);
+    for _ in 0..20 {
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 0.8, 3.0))));
+        values.insert(Key::Latent(0), Value::Vector(DVector::from_fn(5, |_, _| stream.normal())));
+        let mean = se3::exp(&random_tangent(&mut stream, 0.3, 1.0));
+        let factor = PosePrior::new(Key::Robot(0), mean, random_information(&mut stream));
+        assert!(check(&factor, &values) > 1.0);
+        assert!(check(&StandardNormalPrior::new(Key::Latent(0)), &values) > 0.1);
+    }
+}
+
+#[test]
+fn upright() {
+    let mut stream = Seed(3).stream("upright", 0);
+    for _ in 0..20 {
+        let mut values = Values::default();
+        values.insert(Key::Object(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 0.5, 3.0))));
+        let reference = UnitQuaternion::from_scaled_axis(Vector3::z() * stream.uniform(-1.0, 1.0));
+        assert!(check(&UprightFactor::new(Key::Object(0), 0.05, reference), &values) > 0.1);
+    }
+}
+
+#[test]
+fn bearing_to_points_and_poses_at_any_angle() {
+    let mut stream = Seed(4).stream("bearing", 0);
+    let mut widest: f64 = 0.0;
+    for round in 0..200 {
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 1.0, 1.0))));
+        let object = se3::exp(&random_tangent(&mut stream, 1.0, 3.0));
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if round % 2 == 0 { Value::Pose(object) } else { as_point });
+        let ray = Vector3::new(stream.normal(), stream.normal(), 1.0);
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let kernel = Kernel::Huber { threshold: 2.0 };
+        let factor = BearingFactor::new(Key::Robot(0), Key::Object(0), mount, &ray, 1.0, kernel);
+        widest = widest.max(check(&factor, &values));
+    }
+    assert!(widest > 2.0, "the test should meet objects behind the camera, the farthest was {widest}");
+}
+
+#[test]
+fn a_bearing_residual_is_the_image_error_over_sigma_to_first_order() {
+    let mut values = Values::default();
+    values.insert(Key::Robot(0), Value::Pose(Pose::identity()));
+    values.insert(Key::Object(0), Value::Point(Vector3::new(1.2, -0.6, 2.0)));
+    let at = |du: f64, dv: f64| {
+        let ray = Vector3::new(0.6 + du, -0.3 + dv, 1.0);
+        let keys = (Key::Robot(0), Key::Object(0));
+        let factor = BearingFactor::new(keys.0, keys.1, Pose::identity(), &ray, 0.01, Kernel::Gaussian);
+        factor.residual(&values).unwrap().norm()
+    };
+    assert!(at(0.0, 0.0) < 1e-12);
+    for (du, dv) in [(1e-4, 0.0), (0.0, 1e-4), (6e-5, -8e-5)] {
+        assert!((at(du, dv) - 0.01).abs() < 1e-5, "{}", at(du, dv));
+    }
+}
+
+#[test]
+fn semantic() {
+    let mut stream = Seed(5).stream("semantic", 0);
+    let model = TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5));
+    let mut tested = 0;
+    while tested < 20 {
+        let mut values = Values::default();
+        let robot = se3::exp(&random_tangent(&mut stream, 0.5, 1.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 0.5, 0.2));
+        let ahead = robot * mount * Pose::translation(stream.normal() * 0.3, stream.normal() * 0.3, 2.0);
+        let object = ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.1));
+        values.insert(Key::Robot(0), Value::Pose(robot));
+        values.insert(Key::Object(0), Value::Pose(object));
+        values.insert(Key::Latent(0), Value::Vector(DVector::from_fn(7, |_, _| stream.normal())));
+        let measurement = DVector::from_fn(6, |_, _| stream.normal());
+        let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
+        let keys = [Key::Robot(0), Key::Object(0), Key::Latent(0)];
+        let factor = SemanticFactor::new(keys, &model, measurement, mount, 0.4, scaling);
+        if factor.residual(&values).is_some() {
+            assert!(check(&factor, &values) > 1.0);
+            tested += 1;
+        }
+    }
+}

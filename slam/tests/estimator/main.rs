@@ -1,0 +1,14 @@
+//! The estimator on simulated worlds, with a smooth observation model whose truth is known.
+
+mod consistency;
+mod hypotheses;
+mod input;
+mod jacobians;
+mod linear;
+mod model;
+mod recovery;
+mod repeatable;
+mod semantic;
+mod timing;
+mod underconstrained;
+mod world;

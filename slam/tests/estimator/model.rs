@@ -1,0 +1,97 @@
+//! A random two-layer network with analytic derivatives; its measurements travel inside the crop's bytes.
+
+use nalgebra::{DMatrix, DVector};
+use vantage_dataset::viewpoint::CONDITIONING;
+use vantage_dataset::{Crop, Seed, Viewpoint};
+use vantage_slam::{LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel};
+
+pub struct TanhModel {
+    latent: DMatrix<f64>,
+    conditioning: DMatrix<f64>,
+    bias: DVector<f64>,
+    output: DMatrix<f64>,
+    noise: MeasurementNoise,
+}
+
+impl TanhModel {
+    /// `D`, `M` and hidden units, with measurement noise of standard deviation `sigma`.
+    pub fn new(dims: [usize; 3], sigma: f64, degrees_of_freedom: f64, seed: Seed) -> Self {
+        let [d, m, hidden] = dims;
+        let mut stream = seed.stream("tanh model", 0);
+        let mut random = |rows: usize, columns: usize, scale: f64| {
+            DMatrix::from_fn(rows, columns, |_, _| scale * stream.normal())
+        };
+        let latent = random(hidden, d, 1.0 / (d as f64).sqrt());
+        let mut conditioning = random(hidden, CONDITIONING, 0.3);
+        conditioning.columns_mut(0, 2).scale_mut(2.0);
+        Self {
+            latent,
+            conditioning,
+            bias: random(hidden, 1, 0.3).column(0).into_owned(),
+            output: random(m, hidden, 1.0 / (hidden as f64).sqrt()),
+            noise: MeasurementNoise::new(DMatrix::identity(m, m) / sigma, degrees_of_freedom, 1.0).unwrap(),
+        }
+    }
+
+    fn activation(&self, latent: &DVector<f64>, conditioning: &[f64; CONDITIONING]) -> DVector<f64> {
+        let x = DVector::from_column_slice(conditioning);
+        (&self.latent * latent + &self.conditioning * x + &self.bias).map(f64::tanh)
+    }
+
+    /// A crop that measures as the given numbers.
+    pub fn crop(measurement: &DVector<f64>) -> Crop {
+        let mut crop = Crop::black();
+        for (bytes, value) in crop.0.chunks_exact_mut(8).zip(measurement.iter()) {
+            bytes.copy_from_slice(&value.to_le_bytes());
+        }
+        crop
+    }
+}
+
+impl ObservationModel for TanhModel {
+    fn latent_dim(&self) -> usize {
+        self.latent.ncols()
+    }
+
+    fn measurement_dim(&self) -> usize {
+        self.output.nrows()
+    }
+
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
+        let numbers = crop.0.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap()));
+        Ok(DVector::from_iterator(self.measurement_dim(), numbers.take(self.measurement_dim())))
+    }
+
+    /// The posterior of the model linearised at `e = 0`.
+    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError> {
+        let d = self.latent_dim();
+        let near = self.linearize(&DVector::zeros(d), &viewpoint.conditioning())?;
+        let w = self.noise.sqrt_information();
+        let j = w * near.d_latent;
+        let precision = DMatrix::identity(d, d) + j.tr_mul(&j);
+        let covariance = precision.cholesky().unwrap().inverse();
+        let mean = &covariance * j.tr_mul(&(w * (self.measure(crop)? - near.mean)));
+        Ok(LatentGaussian { mean, variance: covariance.diagonal() })
+    }
+
+    fn predict(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
+        Ok(&self.output * self.activation(latent, x))
+    }
+
+    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
+        let activation = self.activation(latent, x);
+        let mut slope = self.output.clone();
+        for (mut column, a) in slope.column_iter_mut().zip(activation.iter()) {
+            column *= 1.0 - a * a;
+        }
+        Ok(Linearization {
+            mean: &self.output * activation,
+            d_latent: &slope * &self.latent,
+            d_conditioning: slope * &self.conditioning,
+        })
+    }
+
+    fn noise(&self) -> &MeasurementNoise {
+        &self.noise
+    }
+}

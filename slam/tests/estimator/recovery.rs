@@ -1,0 +1,68 @@
+//! Without noise the truth comes back; with noise the bearings help.
+
+use crate::model::TanhModel;
+use crate::world::{World, WorldSpec, matching_spec};
+use vantage_dataset::Seed;
+use vantage_slam::{Outcome, Row, estimate};
+
+#[test]
+fn without_noise_every_row_is_the_truth() {
+    let model = TanhModel::new([8, 12, 32], 0.1, 5.0, Seed(1));
+    let spec = WorldSpec::sparse_loop().noiseless();
+    let world = World::new(&spec, Some(&model), Seed(3));
+    for row in Row::ALL {
+        let answer = estimate(&world.observations, row, Some(&model), &matching_spec(&spec)).unwrap();
+        assert_eq!(answer.outcome, Outcome::Converged, "{row}");
+        if row == Row::ViewpointDependent {
+            // The prior on e pulls a little: the latents, and through them the poses, are not exactly the truth.
+            assert!(world.ate(&answer) < 5e-3, "{row}: {}", world.ate(&answer));
+            let errors = world.orientation_errors(&answer);
+            assert_eq!(errors.len(), spec.objects);
+            assert!(errors.iter().all(|e| *e < 0.05), "{errors:?}");
+            continue;
+        }
+        assert!(world.ate(&answer) < 1e-6, "{row}: {}", world.ate(&answer));
+        if row != Row::Odometry {
+            for (object, truth) in answer.objects.iter().zip(&world.world_from_object) {
+                let position = object.as_ref().unwrap().position;
+                assert!((position - truth.translation.vector).norm() < 1e-5);
+            }
+        }
+    }
+}
+
+#[test]
+fn bearings_lower_the_error_of_dead_reckoning() {
+    let spec = WorldSpec::sparse_loop();
+    let settings = matching_spec(&spec);
+    let (mut odometry, mut geometric) = (0.0, 0.0);
+    for seed in 0..10 {
+        let world = World::new(&spec, None, Seed(seed));
+        let of = |row| {
+            let answer = estimate(&world.observations, row, None, &settings).unwrap();
+            assert_eq!(answer.outcome, Outcome::Converged, "{row}, seed {seed}");
+            world.ate(&answer)
+        };
+        odometry += of(Row::Odometry) / 10.0;
+        geometric += of(Row::Geometric) / 10.0;
+    }
+    println!("mean ATE over 10 seeds: odometry {odometry:.4} m, geometric {geometric:.4} m");
+    assert!(geometric < 0.7 * odometry);
+}
+
+#[test]
+fn a_wrong_association_is_outvoted_by_the_kernel() {
+    let spec = WorldSpec::sparse_loop();
+    let mut world = World::new(&spec, None, Seed(5));
+    let robust = vantage_slam::EstimatorSpec {
+        bearing_kernel: vantage_slam::noise::Kernel::Huber { threshold: 2.0 },
+        ..matching_spec(&spec)
+    };
+    let clean = world.ate(&estimate(&world.observations, Row::Geometric, None, &robust).unwrap());
+    let wrong = world.observations.detections.len() / 2;
+    world.observations.detections[wrong].track = (world.observations.detections[wrong].track + 4) % 8;
+    let with = |settings| world.ate(&estimate(&world.observations, Row::Geometric, None, settings).unwrap());
+    let (huber, gaussian) = (with(&robust), with(&matching_spec(&spec)));
+    println!("ATE: clean {clean:.4}, one wrong association: Huber {huber:.4}, Gaussian {gaussian:.4}");
+    assert!(huber < gaussian);
+}
