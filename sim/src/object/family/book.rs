@@ -27,14 +27,15 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     canvas.paint(COVER, [width, length], |patch| {
         ground.cover(patch, [palette.body, palette.shade], grain, look);
         patch.rect(Area::new(0.0, 0.0, look.uniform(0.1, 0.16), 1.0), palette.trim);
-        let title = look.uniform(0.3, 0.4);
+        let title = look.uniform(0.34, 0.42);
         patch.rect(Area::new(0.2, 0.07, 0.96, title), palette.panel);
         patch.writing(Area::new(0.27, 0.09, 0.92, title), 2, palette.ink, look);
-        let t = look.uniform(0.6, 0.68);
+        let t = look.uniform(0.59, 0.64);
         let size = look.uniform(0.17, 0.22);
         let picture = patch.square([0.58 + look.uniform(-0.05, 0.05), t], size);
-        patch.emblem(picture, emblem, palette.accent);
-        patch.writing(Area::new(0.3, 0.88, 0.86, 0.97), 1, palette.panel, look);
+        patch.emblem(picture, emblem, palette.over(palette.body));
+        patch.rect(Area::new(0.0, 0.84, 1.0, 1.0), palette.accent);
+        patch.writing(Area::new(0.3, 0.88, 0.86, 0.98), 1, palette.over(palette.accent), look);
     });
     canvas.paint(BACK, [width, length], |patch| {
         patch.fill(palette.body);
@@ -45,7 +46,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         patch.fill(palette.trim);
         patch.rect(Area::new(0.12, 0.1, look.uniform(0.55, 0.7), 0.9), palette.panel);
         patch.writing(Area::new(0.16, 0.2, 0.6, 0.85), 1, palette.ink, look);
-        patch.emblem(Area::new(0.78, 0.1, 0.96, 0.9), emblem, palette.panel);
+        patch.emblem(Area::new(0.78, 0.1, 0.96, 0.9), emblem, palette.over(palette.trim));
     });
     let paper = hsl(look.uniform(0.09, 0.15), look.uniform(0.15, 0.4), look.uniform(0.82, 0.93));
     let shadow = mix(paper, [0.3, 0.25, 0.2], 0.35);
@@ -71,7 +72,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     );
     let spine =
         cuboid([half_length, board, 0.5 * thickness], 0.0, &Faces { right: SPINE, ..Faces::all(EDGE) });
-    let ribbon = [length * shape.uniform(0.05, 0.09), width * shape.uniform(0.025, 0.045), 0.3 * board];
+    let ribbon = [length * shape.uniform(0.06, 0.1), width * shape.uniform(0.04, 0.06), 0.3 * board];
     let ribbon_y = width * shape.uniform(-0.2, 0.05);
     let solid = slab(COVER, EDGE)
         .moved(0.0, 0.0, 0.5 * thickness - board)

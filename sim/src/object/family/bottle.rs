@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 use vantage_dataset::Stream;
 
 pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
-    let radius = shape.uniform(0.033, 0.045);
-    let height = shape.uniform(0.17, 0.26);
+    let radius = shape.uniform(0.035, 0.05);
+    let height = radius * shape.uniform(3.3, 4.5);
     let flatness = shape.uniform(0.62, 0.85);
     let wall = height * shape.uniform(0.5, 0.64);
     let shoulder = height * shape.uniform(0.76, 0.82);

@@ -33,7 +33,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         ground.cover(patch, [palette.body, palette.shade], grain, look);
         let front = at(0.0, look.uniform(38.0, 52.0), 0.16, 0.9);
         patch.disc(front, palette.panel);
-        patch.emblem(front.part(0.1, 0.12, 0.9, 0.88), emblem, palette.accent);
+        patch.emblem(front.part(0.1, 0.12, 0.9, 0.88), emblem, palette.logo);
         patch.rect(at(90.0, look.uniform(16.0, 24.0), 0.0, 1.0), palette.accent);
         for azimuth in [-110.0, -90.0, -70.0] {
             patch.disc(patch.square([Label::share(azimuth + turn), 0.5], 0.16), palette.panel);

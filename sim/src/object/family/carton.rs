@@ -17,7 +17,7 @@ const PLAIN: Region = Region::new(42, 100, 42, 28);
 
 pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     let width = shape.uniform(0.07, 0.1);
-    let depth = width * shape.uniform(0.7, 0.98);
+    let depth = width * shape.uniform(0.58, 0.8);
     let wall = width * shape.uniform(1.25, 1.9);
     let gable = width * shape.uniform(0.3, 0.45);
     let (crest, top) = (0.05 * depth, wall + gable);
@@ -31,7 +31,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     canvas.paint(FRONT, front, |patch| {
         label.background(patch, look);
         let center = [0.5 + jitter(look), 0.5 + jitter(look)];
-        let half = [look.uniform(0.34, 0.43), look.uniform(0.3, 0.42)];
+        let half = [look.uniform(0.38, 0.45), look.uniform(0.34, 0.43)];
         label.front(patch, Area::around(center, half), look);
     });
     canvas.paint(BACK, back, |patch| {
@@ -73,7 +73,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         PLAIN,
     );
 
-    let radius = gable * shape.uniform(0.26, 0.36);
+    let radius = gable * shape.uniform(0.3, 0.4);
     let stem = radius * shape.uniform(0.7, 1.1);
     let cap = turned(
         &[

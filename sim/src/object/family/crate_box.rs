@@ -27,12 +27,14 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     let mut canvas = Canvas::new(palette.body);
     canvas.paint(SIDE, [half, half_height], |patch| {
         ground.cover(patch, [palette.body, palette.shade], grain, look);
-        if look.chance(0.6) {
+        let framed = look.chance(0.6);
+        if framed {
             let size = look.uniform(0.3, 0.38);
             patch.disc(patch.square_in(Area::around([0.5, 0.5], [size, size])), palette.panel);
         }
+        let colour = if framed { palette.logo } else { palette.over(palette.body) };
         let size = look.uniform(0.2, 0.3);
-        patch.emblem(Area::around([0.5, 0.5], [size, size]), emblem, palette.accent);
+        patch.emblem(Area::around([0.5, 0.5], [size, size]), emblem, colour);
         let rail = look.uniform(0.08, 0.16);
         patch.rect(Area::band(0.0, rail), palette.trim);
         patch.rect(Area::band(1.0 - rail, 1.0), palette.trim);

@@ -2,7 +2,7 @@
 
 use super::Draft;
 use crate::object::paint::{Area, Canvas, Emblem, Ground, Palette, Region, hsl, mix};
-use crate::object::solid::{Skin, ellipsoid, lathe};
+use crate::object::solid::{Skin, ellipsoid, turned};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use vantage_dataset::Stream;
@@ -61,10 +61,12 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         p
     });
     let bill_length = head * shape.uniform(0.55, 0.8);
-    let beak = lathe(
-        &[[0.5 * head, 0.0], [0.42 * head, 0.5 * bill_length], [0.0, bill_length]],
+    let beak = turned(
+        &[
+            (&[[0.0, 0.0], [0.5 * head, 0.0]], Skin::Disc(BEAK)),
+            (&[[0.5 * head, 0.0], [0.42 * head, 0.5 * bill_length], [0.0, bill_length]], Skin::Wrap(BEAK)),
+        ],
         10,
-        Skin::Wrap(BEAK),
     )
     .turned(Vector3::y_axis(), 0.5 * PI)
     .scaled(1.0, 1.0, 0.45);
@@ -80,11 +82,13 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         .join(wing(-1.0, RIGHT_WING));
     if shape.chance(0.4) {
         let top = 0.7 * head;
-        let hat = lathe(&[[0.0, 0.0], [top, 0.0]], 12, Skin::Disc(HAT)).join(lathe(
-            &[[top, 0.0], [0.6 * top, 0.5 * top], [0.0, 0.7 * top]],
+        let hat = turned(
+            &[
+                (&[[0.0, 0.0], [top, 0.0]], Skin::Disc(HAT)),
+                (&[[top, 0.0], [0.6 * top, 0.5 * top], [0.0, 0.7 * top]], Skin::Wrap(HAT)),
+            ],
             12,
-            Skin::Wrap(HAT),
-        ));
+        );
         solid = solid.join(hat.moved(neck.x - 0.1 * head, 0.0, neck.z + 0.7 * head));
     }
     Draft { solid, canvas, density: 300.0 }

@@ -2,7 +2,7 @@
 
 use super::Draft;
 use crate::object::paint::{Area, Canvas, Emblem, Ground, Label, Palette, Region, hsl};
-use crate::object::solid::{Faces, Skin, cuboid, ellipsoid, lathe, tube, turned};
+use crate::object::solid::{Faces, Skin, cuboid, ellipsoid, tube, turned};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use vantage_dataset::Stream;
@@ -115,11 +115,13 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     if shape.chance(0.6) {
         let brim = neck + 1.45 * head;
         let tip = shape.uniform(0.5, 1.0) * head;
-        let hat = lathe(&[[0.0, 0.0], [0.8 * head, 0.0]], 14, Skin::Disc(HAT)).join(lathe(
-            &[[0.8 * head, 0.0], [0.4 * head, 0.6 * tip], [0.0, tip]],
+        let hat = turned(
+            &[
+                (&[[0.0, 0.0], [0.8 * head, 0.0]], Skin::Disc(HAT)),
+                (&[[0.8 * head, 0.0], [0.4 * head, 0.6 * tip], [0.0, tip]], Skin::Wrap(HAT)),
+            ],
             14,
-            Skin::Wrap(HAT),
-        ));
+        );
         solid = solid.join(hat.moved(-0.1 * head, 0.0, brim));
     }
     Draft { solid, canvas, density: 500.0 }

@@ -33,7 +33,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
             at(-92.0, [13.0, 18.0], [0.42, 0.45]),
         ];
         patch.disc(front, palette.panel);
-        patch.emblem(front.part(0.14, 0.1, 0.86, 0.9), emblem, palette.accent);
+        patch.emblem(front.part(0.14, 0.1, 0.86, 0.9), emblem, palette.logo);
         patch.rect(side, palette.accent);
         patch.writing(back, 2, palette.panel, look);
     });

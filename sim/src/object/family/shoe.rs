@@ -51,10 +51,10 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         patch.disc(Area::new(0.14, 0.6, 0.36, 0.96), palette.trim);
         patch.disc(Area::new(0.155, 0.62, 0.345, 0.94), [0.1, 0.09, 0.1]);
         let t = look.uniform(0.56, 0.64);
-        patch.emblem(Area::around([0.08, t], [0.065, 0.12]), emblem, palette.panel);
+        patch.emblem(Area::around([0.08, t], [0.065, 0.12]), emblem, palette.over(palette.body));
         for stripe in 0..3 {
             let top = 0.5 + 0.08 * f64::from(stripe);
-            patch.rect(Area::new(0.36, top, 0.5, top + 0.045), palette.panel);
+            patch.rect(Area::new(0.36, top, 0.5, top + 0.045), palette.over(palette.body));
         }
     });
     canvas.wrap(SOLE, [2.0 * half_width, length], |patch| {

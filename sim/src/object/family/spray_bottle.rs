@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 use vantage_dataset::Stream;
 
 pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
-    let radius = shape.uniform(0.034, 0.045);
+    let radius = shape.uniform(0.034, 0.046);
     let flatness = shape.uniform(0.62, 0.85);
-    let wall = shape.uniform(0.1, 0.14);
+    let wall = radius * shape.uniform(1.8, 2.5);
     let shoulder = wall + radius * shape.uniform(0.6, 1.1);
     let neck = radius * shape.uniform(0.28, 0.36);
     let head_low = shoulder + 0.5 * radius;

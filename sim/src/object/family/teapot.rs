@@ -23,7 +23,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         let turn = look.uniform(-8.0, 8.0);
         let left = Area::around([Label::share(90.0 + turn), 0.5], [look.uniform(34.0, 44.0) / 360.0, 0.36]);
         patch.disc(left, palette.panel);
-        patch.emblem(left.part(0.15, 0.12, 0.85, 0.88), emblem, palette.accent);
+        patch.emblem(left.part(0.15, 0.12, 0.85, 0.88), emblem, palette.logo);
         for azimuth in [-125.0, -102.0, -79.0, -56.0] {
             let half = look.uniform(5.0, 7.5) / 360.0;
             let s = Label::share(azimuth + turn);
@@ -42,12 +42,13 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     canvas.plain(SPOTS[2], palette.accent);
     canvas.plain(SPOTS[3], mix(palette.body, [0.0; 3], 0.3));
 
+    let waist = libm::sin(0.12 * PI);
     let belly: Vec<[f64; 2]> = (0..=7)
         .map(|i| {
             let share = f64::from(i) / 7.0;
-            let bulge = libm::sin(PI * (0.12 + 0.76 * share));
+            let bulge = libm::sin(PI * (0.12 + 0.76 * share)) - waist;
             let ends = foot + (mouth - foot) * share;
-            let r = ends + (radius - ends) * (bulge - 0.368) / 0.632;
+            let r = ends + (radius - ends) * bulge / (1.0 - waist);
             [r, height * share]
         })
         .collect();

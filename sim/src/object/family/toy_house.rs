@@ -13,7 +13,8 @@ const FRONT_ROOF: Region = Region::new(0, 88, 64, 40);
 const BACK_ROOF: Region = Region::new(64, 88, 64, 40);
 const CHIMNEY: Region = Region::new(96, 0, 32, 32);
 const GABLE: Region = Region::new(96, 32, 32, 28);
-const DARK: Region = Region::new(96, 60, 32, 28);
+const DARK: Region = Region::new(96, 60, 16, 28);
+const AWNING: Region = Region::new(112, 60, 16, 28);
 
 pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     let half_width = shape.uniform(0.04, 0.062);
@@ -37,7 +38,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     canvas.paint(FRONT, [2.0 * half_width, wall], |patch| {
         ground.cover(patch, tones, grain, look);
         let door = 0.5 + look.uniform(-0.08, 0.08);
-        let half = look.uniform(0.13, 0.17);
+        let half = look.uniform(0.14, 0.18);
         patch.rect(Area::new(door - half - 0.04, 0.26, door + half + 0.04, 1.0), palette.panel);
         patch.rect(Area::new(door - half, 0.32, door + half, 1.0), palette.accent);
         patch.disc(patch.square([door + 0.6 * half, 0.68], 0.04), palette.panel);
@@ -47,8 +48,10 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     });
     canvas.paint(BACK, [2.0 * half_width, wall], |patch| {
         ground.cover(patch, tones, grain, look);
-        window(patch, Area::around([0.5 + look.uniform(-0.06, 0.06), 0.4], [0.36, 0.2]), palette.panel);
-        patch.rect(Area::band(0.82, 1.0), palette.shade);
+        for s in [0.2, 0.5, 0.8] {
+            window(patch, Area::around([s, 0.32], [0.11, 0.16]), palette.panel);
+        }
+        patch.rect(Area::band(look.uniform(0.6, 0.7), 1.0), palette.accent);
     });
     canvas.paint(LEFT, [2.0 * half_depth, wall], |patch| {
         ground.cover(patch, tones, grain, look);
@@ -87,6 +90,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
         patch.fill(palette.shade);
         patch.emblem(Area::new(0.3, 0.4, 0.7, 0.95), emblem, palette.panel);
     });
+    canvas.plain(AWNING, palette.accent);
     canvas.plain(DARK, mix(tiles, [0.0; 3], 0.5));
 
     let walls = cuboid(
@@ -106,10 +110,14 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     let stack = half_width * shape.uniform(0.13, 0.2);
     let stack_half_height = rise * shape.uniform(0.4, 0.55);
     let chimney = cuboid([stack, stack, stack_half_height], 0.0, &Faces::around(CHIMNEY, DARK));
-    let solid = walls.moved(0.0, 0.0, 0.5 * wall).join(roof.moved(0.0, 0.0, wall)).join(chimney.moved(
-        -0.5 * half_depth,
-        half_width * shape.uniform(0.4, 0.62),
-        wall + 0.7 * rise,
-    ));
+    let porch = [half_depth * shape.uniform(0.2, 0.32), half_width * shape.uniform(0.36, 0.5)];
+    let step = cuboid([porch[0], porch[1], 0.05 * wall], 0.0, &Faces::all(DARK));
+    let awning = cuboid([porch[0], porch[1], 0.03 * wall], 0.0, &Faces::all(AWNING));
+    let solid = walls
+        .moved(0.0, 0.0, 0.5 * wall)
+        .join(roof.moved(0.0, 0.0, wall))
+        .join(chimney.moved(-0.5 * half_depth, half_width * shape.uniform(0.4, 0.62), wall + 0.7 * rise))
+        .join(step.moved(half_depth + 0.9 * porch[0], 0.0, 0.05 * wall))
+        .join(awning.moved(half_depth + 0.9 * porch[0], 0.0, 0.78 * wall));
     Draft { solid, canvas, density: 400.0 }
 }

@@ -65,9 +65,9 @@ impl Label {
             let t = look.uniform(center[0], center[1]);
             Area::around([s, t], [half, look.uniform(half_height[0], half_height[1])])
         };
-        let picture = stripe(-98.0, [22.0, 29.0], [0.5, 0.5], [0.5, 0.5]);
-        let table = stripe(92.0, [18.0, 23.0], [0.48, 0.54], [0.3, 0.38]);
-        let code = stripe(180.0, [19.0, 26.0], [0.68, 0.76], [0.13, 0.18]);
+        let picture = stripe(-98.0, [25.0, 33.0], [0.5, 0.5], [0.5, 0.5]);
+        let table = stripe(92.0, [20.0, 26.0], [0.48, 0.54], [0.3, 0.38]);
+        let code = stripe(180.0, [20.0, 28.0], [0.68, 0.76], [0.13, 0.18]);
         let front = stripe(0.0, [40.0, 52.0], [0.46, 0.54], [0.32, 0.4]);
         self.picture(patch, picture);
         patch.table(table, self.table_rows, look);
@@ -87,26 +87,26 @@ impl Label {
 
     /// The front panel: a heading over the logo over a line of writing.
     pub fn front(&self, patch: &mut Patch<'_>, area: Area, look: &mut Stream) {
-        let Palette { panel, ink, accent, .. } = self.palette;
+        let Palette { panel, ink, logo, .. } = self.palette;
         patch.draw(area, |p, q| self.frame.contains(p, q).then_some(ink));
         patch.draw(area.part(0.04, 0.04, 0.96, 0.96), |p, q| self.frame.contains(p, q).then_some(panel));
         patch.writing(area.part(0.2, 0.1, 0.84, 0.3), 1, ink, look);
-        patch.emblem(area.part(0.12, 0.32, 0.88, 0.78), self.emblem, accent);
+        patch.emblem(area.part(0.12, 0.32, 0.88, 0.78), self.emblem, logo);
         patch.writing(area.part(0.26, 0.8, 0.76, 0.92), 1, ink, look);
     }
 
     /// The picture on the right: a stripe of the accent with three light spots.
     pub fn picture(&self, patch: &mut Patch<'_>, area: Area) {
-        let Palette { panel, accent, .. } = self.palette;
+        let accent = self.palette.accent;
         patch.rect(area, accent);
         for t in [0.2, 0.5, 0.8] {
-            patch.emblem(area.part(0.15, t - 0.14, 0.85, t + 0.14), self.emblem, panel);
+            patch.emblem(area.part(0.15, t - 0.14, 0.85, t + 0.14), self.emblem, self.palette.over(accent));
         }
     }
 
     /// The back: a line of writing over a barcode in `code`.
     pub fn back(&self, patch: &mut Patch<'_>, code: Area, look: &mut Stream) {
-        patch.writing(code.part(0.0, -1.5, 1.0, -0.3), 3, self.palette.panel, look);
+        patch.writing(code.part(0.0, -1.5, 1.0, -0.3), 3, self.palette.over(self.palette.body), look);
         patch.barcode(code, look);
     }
 }

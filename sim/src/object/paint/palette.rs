@@ -11,7 +11,7 @@ pub(crate) fn mix(a: Rgb, b: Rgb, share: f64) -> Rgb {
 }
 
 /// How light a colour looks, in `[0, 1]` (Rec. 709 weights on encoded values).
-pub(crate) fn luma(c: Rgb) -> f64 {
+fn luma(c: Rgb) -> f64 {
     0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2])
 }
 
@@ -37,6 +37,8 @@ pub(crate) struct Palette {
     pub panel: Rgb,
     /// Writing on the panel.
     pub ink: Rgb,
+    /// The logo on the panel.
+    pub logo: Rgb,
     /// Another hue, far from the body.
     pub accent: Rgb,
     /// Caps, handles and rims.
@@ -51,7 +53,7 @@ impl Palette {
             0 => (look.uniform(0.0, 0.1), look.uniform(0.72, 0.92)),
             1 => (look.uniform(0.3, 0.7), look.uniform(0.68, 0.82)),
             2 => (look.uniform(0.0, 0.5), look.uniform(0.14, 0.26)),
-            _ => (look.uniform(0.5, 0.95), look.uniform(0.32, 0.58)),
+            _ => (look.uniform(0.42, 0.92), look.uniform(0.3, 0.58)),
         };
         let body = hsl(hue, saturation, lightness);
         let light_body = luma(body) > 0.58;
@@ -73,6 +75,9 @@ impl Palette {
             hsl(look.unit(), look.uniform(0.3, 0.9), look.uniform(0.1, 0.28))
         };
 
+        let logo_lightness = if light_body { look.uniform(0.66, 0.8) } else { look.uniform(0.28, 0.46) };
+        let logo = hsl(hue + away + look.uniform(-0.12, 0.12), look.uniform(0.6, 1.0), logo_lightness);
+
         let shift = if lightness > 0.5 { -look.uniform(0.1, 0.24) } else { look.uniform(0.1, 0.24) };
         let shade = hsl(hue + look.uniform(-0.06, 0.06), saturation, (lightness + shift).clamp(0.06, 0.95));
         let trim = match look.below(4) {
@@ -80,6 +85,14 @@ impl Palette {
             1 => hsl(hue + away, 0.7, if luma(body) > 0.5 { 0.22 } else { 0.78 }),
             _ => accent,
         };
-        Self { body, shade, panel, ink, accent, trim }
+        Self { body, shade, panel, ink, logo, accent, trim }
+    }
+
+    /// The colour of panel, ink and logo that stands out most over `ground`.
+    pub fn over(&self, ground: Rgb) -> Rgb {
+        let contrast = |c: &Rgb| (luma(*c) - luma(ground)).abs();
+        let [panel, ink, logo] = [self.panel, self.ink, self.logo];
+        let better = if contrast(&ink) > contrast(&panel) { ink } else { panel };
+        if contrast(&logo) > contrast(&better) { logo } else { better }
     }
 }

@@ -1,6 +1,6 @@
 //! Ellipsoids.
 
-use super::{Skin, Solid, lathe};
+use super::{Skin, Solid, turned};
 use crate::object::paint::Region;
 use std::f64::consts::PI;
 
@@ -13,5 +13,5 @@ pub(crate) fn ellipsoid(half: [f64; 3], segments: usize, rings: usize, region: R
             [if inside { libm::cos(latitude) } else { 0.0 }, libm::sin(latitude)]
         })
         .collect();
-    lathe(&outline, segments, Skin::Wrap(region)).scaled(half[0], half[1], half[2])
+    turned(&[(&outline, Skin::Wrap(region))], segments).scaled(half[0], half[1], half[2])
 }

@@ -18,7 +18,7 @@ pub(crate) enum Skin {
 ///
 /// The outside lies to the right of the direction of travel: a solid runs from the centre of its bottom outwards,
 /// up, and back to the axis.
-pub(crate) fn lathe(outline: &[[f64; 2]], segments: usize, skin: Skin) -> Solid {
+fn lathe(outline: &[[f64; 2]], segments: usize, skin: Skin) -> Solid {
     let steps: Vec<[f64; 2]> =
         outline.windows(2).map(|pair| [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]).collect();
     let length = |step: &[f64; 2]| (step[0] * step[0] + step[1] * step[1]).sqrt();
@@ -36,7 +36,7 @@ pub(crate) fn lathe(outline: &[[f64; 2]], segments: usize, skin: Skin) -> Solid 
         });
         let flat = if radius > 0.0 { along_z } else { 0.0 };
         for k in 0..=segments {
-            let azimuth = (2.0 * k as f64 / segments as f64 - 1.0) * PI;
+            let azimuth = (2.0 * (k % segments) as f64 / segments as f64 - 1.0) * PI;
             let (sin, cos) = (libm::sin(azimuth), libm::cos(azimuth));
             let position = Vector3::new(radius * cos, radius * sin, z);
             let normal = Vector3::new(flat * cos, flat * sin, -along_r).normalize();

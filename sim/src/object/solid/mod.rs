@@ -9,7 +9,7 @@ mod tube;
 
 pub(crate) use cuboid::{Faces, cuboid};
 pub(crate) use ellipsoid::ellipsoid;
-pub(crate) use lathe::{Skin, lathe, turned};
+pub(crate) use lathe::{Skin, turned};
 pub(crate) use loft::loft;
 pub(crate) use prism::prism;
 pub(crate) use tube::{arc, tube};
