@@ -7,8 +7,10 @@ use crate::scene_file::SceneFileError;
 use crate::score::pairs::PairsError;
 use crate::table::TableError;
 use crate::trajectory::TrajectoryError;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 use thiserror::Error;
+use vantage_dataset::store::StoreError;
 
 /// Exit codes, which scripts may rely on. Wrong arguments also end with 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +49,9 @@ pub enum BenchError {
     /// See [`OutputError`].
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// See [`StoreError`].
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// See [`ResultsError`].
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -68,6 +73,9 @@ pub enum BenchError {
     /// A value of ours that JSON cannot hold.
     #[error("cannot write as JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// A table that CSV cannot hold.
+    #[error("cannot write as CSV: {0}")]
+    Csv(#[from] csv::Error),
     /// A figure could not be drawn.
     #[error(transparent)]
     Figure(#[from] crate::figure::FigureError),
@@ -79,6 +87,11 @@ impl BenchError {
         match self {
             BenchError::Scene(_) => Exit::BadInput,
             BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
+            BenchError::Store(error) => match error.exit_code() {
+                5 => Exit::StoredDataInvalid,
+                6 => Exit::CannotWrite,
+                _ => Exit::Bug,
+            },
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
             BenchError::Results(_) => Exit::StoredDataInvalid,
             BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,
@@ -87,14 +100,28 @@ impl BenchError {
             | BenchError::Trajectory(_)
             | BenchError::Table(_)
             | BenchError::Json(_)
+            | BenchError::Csv(_)
             | BenchError::Figure(_) => Exit::Bug,
         }
     }
 }
 
 /// What follows the message of a bug or a panic.
-pub const REPORT_A_BUG: &str =
+const REPORT_A_BUG: &str =
     "This is a bug in bench. Please report it with the lines above, the command and the scene file.";
+
+/// Runs a command to its end, whatever that is: the exit code, and what to say on standard error. A panic, which has
+/// said where it happened, is a bug like any other.
+pub fn end(run: impl FnOnce() -> Result<Exit, BenchError>) -> (Exit, Option<String>) {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(exit)) => (exit, None),
+        Ok(Err(error)) if error.exit() == Exit::Bug => {
+            (Exit::Bug, Some(format!("error: {error}\n{REPORT_A_BUG}")))
+        }
+        Ok(Err(error)) => (error.exit(), Some(format!("error: {error}"))),
+        Err(_) => (Exit::Bug, Some(REPORT_A_BUG.to_owned())),
+    }
+}
 
 #[cfg(test)]
 mod tests {
@@ -106,7 +133,10 @@ mod tests {
         let path = || PathBuf::from("x");
         let io = || std::io::Error::other("full");
         let gate = GateError::Seeds { table: "t".into(), baseline: 1, fresh: 2 };
-        let cases: [(BenchError, u8); 8] = [
+        let unfinished = StoreError::Unfinished { folder: path() };
+        let cases: [(BenchError, u8); 10] = [
+            (unfinished.into(), 5),
+            (StoreError::Write { path: path(), source: io() }.into(), 6),
             (SceneFileError::TooLarge { path: path() }.into(), 2),
             (ResultsError::Missing { path: path() }.into(), 2),
             (gate.into(), 2),
@@ -119,5 +149,15 @@ mod tests {
         for (error, code) in cases {
             assert_eq!(error.exit() as u8, code, "{error}");
         }
+    }
+
+    #[test]
+    fn a_panic_is_a_bug_to_report_and_an_error_keeps_its_code() {
+        let (exit, message) = end(|| -> Result<Exit, BenchError> { panic!("on purpose, to see it caught") });
+        assert_eq!(exit as u8, 70);
+        assert!(message.unwrap().contains("report it"));
+        let (exit, message) = end(|| Err(GateError::Nothing.into()));
+        assert_eq!((exit, message.unwrap().contains("report it")), (Exit::NothingEvaluated, false));
+        assert_eq!(end(|| Ok(Exit::Regression)), (Exit::Regression, None));
     }
 }

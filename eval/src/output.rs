@@ -1,9 +1,11 @@
 //! The output folder: found writable before any work, and written file by file so that none is ever half there.
 
+use crate::trajectory::Trajectory;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::store::{StoreError, write_tum};
 
 /// A folder that was found writable.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,16 +41,37 @@ impl OutputFolder {
 
     /// Writes a file, its folders included: to a temporary name, synced, then renamed over what was there.
     pub fn write(&self, relative: impl AsRef<Path>, bytes: &[u8]) -> Result<(), OutputError> {
-        let path = self.0.join(relative);
-        let mut temporary = path.clone().into_os_string();
-        temporary.push(".tmp");
-        let temporary = PathBuf::from(temporary);
-        let folder = path.parent().unwrap_or(&self.0);
-        fs::create_dir_all(folder)
+        let (path, temporary) = self.names(relative.as_ref());
+        make_parent(&path)
             .and_then(|()| write_synced(&temporary, bytes))
             .and_then(|()| fs::rename(&temporary, &path))
             .map_err(|source| OutputError { path, source })
     }
+
+    /// Writes a trajectory as a TUM file, in the same way.
+    pub fn write_trajectory(
+        &self,
+        relative: impl AsRef<Path>,
+        trajectory: &Trajectory,
+    ) -> Result<(), StoreError> {
+        let (path, temporary) = self.names(relative.as_ref());
+        let refuse = |source| StoreError::Write { path: path.clone(), source };
+        make_parent(&path).map_err(refuse)?;
+        write_tum(&temporary, trajectory.timestamps(), trajectory.world_from_robot())?;
+        fs::rename(&temporary, &path).map_err(refuse)
+    }
+
+    /// A file's name, and the temporary one it has until it is whole.
+    fn names(&self, relative: &Path) -> (PathBuf, PathBuf) {
+        let path = self.0.join(relative);
+        let mut temporary = path.clone().into_os_string();
+        temporary.push(".tmp");
+        (path, PathBuf::from(temporary))
+    }
+}
+
+fn make_parent(path: &Path) -> io::Result<()> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)
 }
 
 fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
@@ -60,14 +83,17 @@ fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vantage_dataset::Pose;
 
     #[test]
     fn files_are_written_whole_and_nothing_else_is_left() {
         let folder = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(&folder.path().join("a/b")).unwrap();
         out.write("scene/0/truth.tum", b"old").unwrap();
-        out.write("scene/0/truth.tum", b"new").unwrap();
-        assert_eq!(fs::read(out.path().join("scene/0/truth.tum")).unwrap(), b"new");
+        let track = Trajectory::new(vec![0.0, 0.1], vec![Pose::translation(1.0, 2.0, 3.0); 2]).unwrap();
+        out.write_trajectory("scene/0/truth.tum", &track).unwrap();
+        let text = fs::read_to_string(out.path().join("scene/0/truth.tum")).unwrap();
+        assert_eq!(Trajectory::from_tum(&text).unwrap(), track);
         let names = |path: PathBuf| -> Vec<_> {
             fs::read_dir(path).unwrap().map(|entry| entry.unwrap().file_name()).collect()
         };

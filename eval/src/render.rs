@@ -140,9 +140,10 @@ pub(crate) fn draw(style: Style, head: &[String], rows: Vec<Vec<String>>) -> Str
 }
 
 /// Every run, one a line, SI units; an undefined score is an empty field. Numbers read back to the same bits.
-pub fn csv(table: &Table) -> String {
+pub fn csv(table: &Table) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
     let head = ["method", "seed", "outcome"].into_iter().chain(table.metrics().iter().map(|m| m.column()));
-    let mut text = head.collect::<Vec<_>>().join(",") + "\n";
+    writer.write_record(head)?;
     for run in table.runs() {
         let outcome = match &run.outcome {
             Outcome::Done => "done".to_owned(),
@@ -151,20 +152,10 @@ pub fn csv(table: &Table) -> String {
         };
         let scores =
             table.metrics().iter().map(|m| run.scores.get(m).map(f64::to_string).unwrap_or_default());
-        let fields = [csv_field(&run.method), run.seed.0.to_string(), csv_field(&outcome)];
-        text += &fields.into_iter().chain(scores).collect::<Vec<_>>().join(",");
-        text.push('\n');
+        writer
+            .write_record([run.method.clone(), run.seed.0.to_string(), outcome].into_iter().chain(scores))?;
     }
-    text
-}
-
-/// Quotes a field where RFC 4180 asks for it.
-fn csv_field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
+    writer.into_inner().map_err(|error| error.into_error().into())
 }
 
 #[cfg(test)]
@@ -196,7 +187,7 @@ mod tests {
         assert_eq!(line("| viewpoint_dependent", 1)[3], "-0.1000 +- 0.0000 (n=3)");
         assert_eq!(text.lines().filter(|l| l.starts_with("| geometric")).count(), 1);
         assert!(!text.contains("NaN") && text.lines().any(|l| l.starts_with("|--")));
-        let csv = csv(&table);
+        let csv = String::from_utf8(csv(&table).unwrap()).unwrap();
         assert_eq!(csv.lines().next(), Some("method,seed,outcome,ate_m,heading_rad"));
         assert_eq!(csv.lines().nth(1), Some("odometry,0,done,1,"));
         assert!(csv.contains("viewpoint_dependent,0,\"failed: no, \"\"really\"\"\",,"), "{csv}");

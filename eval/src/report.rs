@@ -13,7 +13,7 @@ pub fn write(out: &OutputFolder, results: &Results, manifest: &Manifest) -> Resu
     let mut markdown = format!("# {}\n", results.scene);
     for table in &results.tables {
         markdown += &format!("\n{}", tables(table, Style::Markdown));
-        out.write(folder.join(format!("{}.csv", table.name())), csv(table).as_bytes())?;
+        out.write(folder.join(format!("{}.csv", table.name())), &csv(table)?)?;
     }
     out.write(folder.join("tables.md"), markdown.as_bytes())?;
     out.write(folder.join(results::FILE_NAME), results.to_json()?.as_bytes())?;

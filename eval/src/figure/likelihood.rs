@@ -46,7 +46,7 @@ fn draw(
         .configure_mesh()
         .x_desc("azimuth less true azimuth [deg]")
         .y_desc("mean log-likelihood less that at the truth")
-        .light_line_style(WHITE)
+        .max_light_lines(1)
         .draw()?;
     for (index, (name, points)) in curves.iter().enumerate() {
         let style = color(index).stroke_width(2);
@@ -56,7 +56,12 @@ fn draw(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     }
-    chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.4)).draw()?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.4))
+        .draw()?;
     area.present()?;
     Ok(())
 }

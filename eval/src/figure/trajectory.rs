@@ -70,7 +70,7 @@ fn draw(
         .x_label_area_size(FRAME / 2)
         .y_label_area_size(FRAME)
         .build_cartesian_2d(x0..x1, y0..y1)?;
-    chart.configure_mesh().x_desc("x [m]").y_desc("y [m]").light_line_style(WHITE).draw()?;
+    chart.configure_mesh().x_desc("x [m]").y_desc("y [m]").max_light_lines(1).draw()?;
     let gray = RGBColor(120, 120, 120);
     for (name, [x, y], radius) in view.objects {
         let outline = (0..=32).map(|i| {
@@ -96,7 +96,12 @@ fn draw(
             .draw_series(LineSeries::new(view.truth.iter().map(xy), BLACK.stroke_width(2)))?
             .label("truth")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], BLACK.stroke_width(2)));
-        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(gray).draw()?;
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE.mix(0.8))
+            .border_style(gray)
+            .draw()?;
     }
     area.present()?;
     Ok(())
