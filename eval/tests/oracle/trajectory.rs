@@ -42,12 +42,13 @@ impl Case {
         };
         let [truth, estimate] = &self.files;
         let read = |name: &String| {
-            let text = std::fs::read_to_string(folder.join(name)).unwrap();
+            let text = std::fs::read_to_string(folder.join(name)).expect("a trajectory beside its scores");
             Trajectory::from_tum(&text).unwrap_or_else(|error| panic!("{name}: {error}"))
         };
-        let pairs = Pairs::by_time(&read(truth), &read(estimate), MAX_TIME_DIFFERENCE).unwrap();
+        let pairs =
+            Pairs::by_time(&read(truth), &read(estimate), MAX_TIME_DIFFERENCE).expect("poses of one time");
         assert_eq!(pairs.truth().len(), self.n, "{}: other associations than evo's", self.case);
-        Some(score(&pairs).unwrap())
+        Some(score(&pairs).expect("a defined score"))
     }
 }
 
