@@ -31,9 +31,9 @@ pub enum SimError {
         /// Simulated time it was given, seconds.
         seconds: f64,
     },
-    /// An object fell off its surface.
+    /// An object's centre was no longer above its surface.
     #[error(
-        "object {object} ({family}) fell off its surface and came to rest at {position:.2?} m; another seed, a wider \
+        "object {object} ({family}) left its surface and was at {position:.2?} m; another seed, a wider \
          `world.spacing` or a larger surface may hold it"
     )]
     LeftTheWorld {
@@ -41,7 +41,7 @@ pub enum SimError {
         object: usize,
         /// Its family.
         family: &'static str,
-        /// Where it is, world frame, metres.
+        /// Where it was, world frame, metres.
         position: [f64; 3],
     },
     /// The physics engine met a number that is not finite and took a body out of the world.

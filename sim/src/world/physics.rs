@@ -4,7 +4,7 @@ use crate::error::SimError;
 use crate::object::Object;
 use crate::robot::body;
 use crate::world::convert::{pose_from_physics, pose_to_physics, vector_to_physics};
-use crate::world::stand::{Outline, Stand};
+use crate::world::stand::Stand;
 use nalgebra::{Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 use rapier3d::prelude::{
     CoefficientCombineRule, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector,
@@ -19,6 +19,8 @@ const GRAVITY: f32 = 9.81;
 /// Slows objects that rock or roll, as felt and friction do, so that they come to rest.
 const ANGULAR_DAMPING: f32 = 1.0;
 const FRICTION: f32 = 0.8;
+/// Points up to this far above an object's lowest belong to its underside, metres.
+const UNDERSIDE: f32 = 0.002;
 
 /// The engine with a floor at z = 0.
 pub struct Physics {
@@ -30,7 +32,7 @@ pub struct Physics {
 pub struct Body(RigidBodyHandle);
 
 impl Physics {
-    /// An empty world.
+    /// A world of stands.
     pub fn new(stands: &[Stand]) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::new(0.0, 0.0, -GRAVITY);
@@ -40,27 +42,24 @@ impl Physics {
             None,
         );
         for stand in stands {
+            let [x, y] = stand.outline.half_extents();
             let half_height = stand.height / 2.0;
-            let center = Translation3::new(stand.center.x, stand.center.y, half_height);
-            let (collider, rotation) = match stand.outline {
-                Outline::Disc { radius } => {
-                    (ColliderBuilder::cylinder(half_height as f32, radius as f32), standing_cylinder())
-                }
-                Outline::Rectangle { half_extents: [x, y] } => (
-                    ColliderBuilder::cuboid(x as f32, y as f32, half_height as f32),
-                    UnitQuaternion::identity(),
-                ),
-            };
-            let pose = Pose::from_parts(center, rotation);
-            world.insert_collider(collider.position(pose_to_physics(&pose)).friction(FRICTION), None);
+            let center = stand.center.push(half_height);
+            // Square even where the stand is round: the engine would touch a cylinder's cap or a polygon's face in
+            // four corners only, and let objects near its rim sink in.
+            let collider = ColliderBuilder::cuboid(x as f32, y as f32, half_height as f32)
+                .translation(vector_to_physics(&center))
+                .friction(FRICTION);
+            world.insert_collider(collider, None);
         }
         Self { world }
     }
 
     /// Adds an object as the convex hull of its points, or `None` where they have no volume.
     pub fn add_object(&mut self, object: &Object, world_from_object: &Pose, label: u32) -> Option<Body> {
-        let points: Vec<Vector> = object.hull.iter().map(|&[x, y, z]| Vector::new(x, y, z)).collect();
-        let collider = ColliderBuilder::convex_hull(&points)?.mass(object.mass as f32).friction(FRICTION);
+        let collider = ColliderBuilder::convex_hull(&on_four_feet(&object.hull))?
+            .mass(object.mass as f32)
+            .friction(FRICTION);
         let body = RigidBodyBuilder::dynamic()
             .pose(pose_to_physics(world_from_object))
             .angular_damping(ANGULAR_DAMPING)
@@ -123,6 +122,20 @@ impl Physics {
         body.set_linvel(linear, true);
         body.set_angvel(vector_to_physics(&Vector3::new(0.0, 0.0, yaw_rate)), true);
     }
+}
+
+/// The points of a hull, of its underside only the four that span it most widely: the engine touches with four
+/// corners of a face at most, and of a round underside would take four neighbours, on which nothing stands.
+fn on_four_feet(hull: &[[f32; 3]]) -> Vec<Vector> {
+    let lowest = hull.iter().map(|p| p[2]).fold(f32::INFINITY, f32::min);
+    let (under, over): (Vec<_>, Vec<_>) =
+        hull.iter().map(|&[x, y, z]| Vector::new(x, y, z)).partition(|p| p.z <= lowest + UNDERSIDE);
+    let diagonals = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+    let feet = diagonals.into_iter().filter_map(|(along_x, along_y)| {
+        let reach = |p: &Vector| along_x * p.x + along_y * p.y;
+        under.iter().copied().max_by(|a, b| reach(a).total_cmp(&reach(b)))
+    });
+    over.into_iter().chain(feet).collect()
 }
 
 /// The engine's cylinders lie along y.

@@ -9,11 +9,9 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use vantage_dataset::Pose;
 
 /// Height from which objects are dropped, metres.
-const DROP: f64 = 0.01;
+const DROP: f64 = 0.005;
 /// Simulated time objects get to come to rest, seconds.
 const PATIENCE: u32 = 20;
-/// An object whose centre is this far below the top of its stand has fallen off, metres.
-const FALLEN: f64 = 0.05;
 
 /// Drops every object upright at its place and returns where they come to rest, `world_from_object`.
 pub fn settle(
@@ -53,6 +51,7 @@ pub fn settle(
     Ok(bodies.iter().map(|body| physics.pose(*body)).collect())
 }
 
+/// An object stays on its stand if its centre is above it.
 fn refuse_fallen(
     physics: &Physics,
     stands: &[Stand],
@@ -62,7 +61,8 @@ fn refuse_fallen(
 ) -> Result<(), SimError> {
     for (object, (body, place)) in bodies.iter().zip(places).enumerate() {
         let position = physics.pose(*body).translation.vector;
-        if position.z < stands[place.stand].height - FALLEN {
+        let stand = &stands[place.stand];
+        if position.z < stand.height || !stand.spans(&position.xy()) {
             let family = objects[object].family.name();
             return Err(SimError::LeftTheWorld { object, family, position: position.into() });
         }

@@ -29,6 +29,29 @@ pub enum Outline {
     },
 }
 
+impl Outline {
+    /// Half its extent along x and y, metres.
+    pub fn half_extents(&self) -> [f64; 2] {
+        match *self {
+            Outline::Disc { radius } => [radius; 2],
+            Outline::Rectangle { half_extents } => half_extents,
+        }
+    }
+}
+
+impl Stand {
+    /// Whether a point, world frame, lies above or below its top.
+    pub fn spans(&self, point: &Vector2<f64>) -> bool {
+        let from_center = point - self.center;
+        match self.outline {
+            Outline::Disc { radius } => from_center.norm() <= radius,
+            Outline::Rectangle { half_extents: [x, y] } => {
+                from_center.x.abs() <= x && from_center.y.abs() <= y
+            }
+        }
+    }
+}
+
 impl SurfaceSpec {
     /// The stands of a world for this many objects; a table is one, pedestals are one an object.
     pub fn stands(&self, robot: &RobotSpec, objects: usize) -> Vec<Stand> {
