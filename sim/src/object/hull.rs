@@ -4,21 +4,27 @@ use std::f64::consts::PI;
 
 /// Greatest number of points.
 const POINTS: usize = 64;
+/// Directions in which the corners of the foot are sought, so that what stands keeps standing.
+const FOOT: usize = 16;
 /// Directions, spread evenly over the sphere, in which the hull is compared with the mesh.
 const DIRECTIONS: usize = 256;
 /// The hull is refined until it falls short of the mesh by less than this share of the largest reach.
 const TOLERANCE: f64 = 2e-3;
 
-/// At most 64 vertices of the convex hull of `positions`: those that span the bounding box, and then, one by one, the
-/// farthest in the direction in which the hull of those chosen so far falls short the most.
+/// At most 64 vertices of the convex hull of `positions`: those that span the bounding box and the foot, and then,
+/// one by one, the farthest in the direction in which the hull of those chosen so far falls short the most.
 pub(crate) fn hull(positions: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let axes = (0..6).map(|face| {
         let sign = if face % 2 == 0 { -1.0 } else { 1.0 };
         std::array::from_fn(|axis| if axis == face / 2 { sign } else { 0.0 })
     });
+    let steeply_down = (0..FOOT).map(|k| {
+        let azimuth = 2.0 * PI * k as f64 / FOOT as f64;
+        [libm::cos(azimuth), libm::sin(azimuth), -20.0]
+    });
     let mut chosen = Vec::with_capacity(POINTS);
-    for axis in axes {
-        let point = farthest(positions, axis);
+    for direction in axes.chain(steeply_down) {
+        let point = farthest(positions, direction);
         if !chosen.contains(&point) {
             chosen.push(point);
         }

@@ -19,7 +19,7 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     let half_width = half_length * shape.uniform(0.66, 0.82);
     let half_height = half_length * shape.uniform(0.55, 0.72);
     let head = half_length * shape.uniform(0.46, 0.58);
-    let neck = Vector3::new(half_length * shape.uniform(0.38, 0.52), 0.0, half_height + 0.62 * head);
+    let neck = Vector3::new(half_length * shape.uniform(0.34, 0.48), 0.0, half_height + 0.62 * head);
 
     let palette = Palette::draw(look);
     let ground = Ground::draw(look);
@@ -53,11 +53,11 @@ pub(crate) fn draft(shape: &mut Stream, look: &mut Stream) -> Draft {
     canvas.plain(RIGHT_WING, palette.accent);
     canvas.plain(HAT, palette.trim);
 
-    let flat = -0.72 * half_height;
+    let flat = -0.62 * half_height;
     let body = ellipsoid([half_length, half_width, half_height], 20, 10, BODY).bent(|mut p| {
         p.z = p.z.max(flat);
         let rear = (-p.x / half_length - 0.35).max(0.0);
-        p.z += 1.1 * half_height * rear * rear * if p.z > 0.0 { 1.6 } else { 0.7 };
+        p.z += 1.8 * half_height * rear * rear * (0.3 + 0.7 * p.z / half_height).max(0.0);
         p
     });
     let bill_length = head * shape.uniform(0.55, 0.8);
