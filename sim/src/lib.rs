@@ -16,3 +16,5 @@ pub mod sensor;
 pub mod texture;
 pub mod views;
 pub mod world;
+
+pub use episode::simulate;
