@@ -11,7 +11,7 @@ use vantage_dataset::Pose;
 pub struct Estimate {
     /// Which estimator.
     pub row: Row,
-    /// How it ended. Whatever the outcome, all numbers here are finite and worth scoring, `cost` excepted.
+    /// How it ended. Whatever the outcome, poses, positions and covariances are finite and worth scoring.
     pub outcome: Outcome,
     /// X: the robot's pose at each step, in the frame of its first pose.
     pub world_from_robot: Vec<Pose>,

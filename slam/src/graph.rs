@@ -44,9 +44,9 @@ impl<'m> Graph<'m> {
             }
         }
         let mut root_anchored = vec![false; keys.len()];
-        for i in 0..keys.len() {
+        for (i, anchored) in anchored.into_iter().enumerate() {
             let root = root(&mut parent, i);
-            root_anchored[root] |= anchored[i];
+            root_anchored[root] |= anchored;
         }
         (0..keys.len()).find(|&i| !root_anchored[root(&mut parent, i)]).map(|i| keys[i])
     }

@@ -64,7 +64,7 @@ pub fn triangulate(rays: &[Ray], minimum_parallax: f64) -> Result<Vector3<f64>, 
         return Err(UnresolvedReason::SeenOnce);
     }
     let baseline = rays.iter().map(|r| (r.origin - rays[0].origin).norm()).fold(0.0, f64::max);
-    if !(parallax(rays) >= minimum_parallax) || baseline < 1e-6 {
+    if parallax(rays) < minimum_parallax || baseline < 1e-6 {
         return Err(UnresolvedReason::NoParallax);
     }
     let mut normal = Matrix3::zeros();

@@ -124,7 +124,7 @@ fn check_detections(observations: &Observations) -> Result<(), EstimateError> {
             format!("got step {}, expected one below {steps}", detection.step)
         } else if detection.track >= MOST_TRACKS {
             format!("got track {}, expected one below {MOST_TRACKS}", detection.track)
-        } else if !positive || !(bounds.side().is_finite() && bounds.center().iter().all(|c| c.is_finite())) {
+        } else if !(positive && bounds.side().is_finite() && bounds.center().iter().all(|c| c.is_finite())) {
             format!("got box {bounds:?}, expected finite edges and a positive area")
         } else {
             continue;

@@ -17,6 +17,9 @@ pub trait ObservationModel: Send + Sync {
     fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError>;
 
     /// `q(e | z, x_rel)`: the latent's posterior after one view, `[D]`.
+    ///
+    /// The orientation search asks for one crop under every yaw of its grid: what depends on the crop alone is
+    /// worth keeping between calls.
     fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError>;
 
     /// `h(e, x_rel)`, `[M]`: the measurement expected of latent `e` (`[D]`) under a viewpoint's conditioning

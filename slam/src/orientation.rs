@@ -11,6 +11,11 @@ use nalgebra::{DVector, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::Pose;
 
+/// A few steps of the latent alone: the encoder reads a wrong latent from far views, and a good yaw would be
+/// judged by it.
+const RECONSIDERATION: Limits = Limits { iterations: 3, tolerance: 1e-3 };
+/// Minima of the grid that are reconsidered, per mode that is refined.
+const RECONSIDERED: usize = 3;
 /// Enough to tell modes apart; the joint problem does the rest.
 const REFINEMENT: Limits = Limits { iterations: 10, tolerance: 1e-4 };
 /// Modes nearer than this many grid steps are one.
@@ -31,7 +36,8 @@ pub struct Mode {
 ///
 /// Each yaw of the grid gets the latent that the encoder reads from the views under it (the product of their
 /// posteriors with the prior), and is scored by the graph's own cost of the object: bearings, priors and the
-/// Student-t of every view. The best local minima over the circle are refined together with the latent.
+/// Student-t of every view. The best local minima over the circle are judged again after a few steps of the
+/// latent, and the best of those are refined, object and latent together.
 pub fn modes(
     problem: &Problem<'_>,
     model: &dyn ObservationModel,
@@ -71,11 +77,18 @@ pub fn modes(
         grid.push(graph.cost(&start).map(|cost| (cost, start)));
     }
 
-    let mut modes: Vec<Mode> = local_minima(&grid)
+    let refined_modes = problem.spec.refined_modes;
+    let mut shortlist: Vec<_> = local_minima(&grid)
         .into_iter()
-        .take(problem.spec.refined_modes)
+        .take(RECONSIDERED * refined_modes)
+        .map(|start| solve(&graph, start, |key| matches!(key, Key::Latent(_)), RECONSIDERATION))
+        .collect();
+    shortlist.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut modes: Vec<Mode> = shortlist
+        .into_iter()
+        .take(refined_modes)
         .filter_map(|start| {
-            let refined = solve(&graph, start, |key| !matches!(key, Key::Robot(_)), REFINEMENT);
+            let refined = solve(&graph, start.values, |key| !matches!(key, Key::Robot(_)), REFINEMENT);
             Some(Mode {
                 world_from_object: *refined.values.pose(Key::Object(track))?,
                 latent: refined.values.vector(Key::Latent(track))?.clone(),

@@ -9,8 +9,9 @@ const INITIAL_DAMPING: f64 = 1e-5;
 const MINIMUM_DAMPING: f64 = 1e-10;
 const MAXIMUM_DAMPING: f64 = 1e10;
 const DAMPING_FACTOR: f64 = 10.0;
-/// Share of the predicted decrease that must come true for the damping to be lowered.
-const WORTHWHILE_GAIN: f64 = 0.25;
+/// What multiplies the damping after a step that did all it promised; after one that did next to nothing it
+/// doubles (Nielsen 1999).
+const LARGEST_CUT: f64 = 0.1;
 
 /// How a solution ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,9 +123,7 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
         };
         solution.values = values;
         solution.cost = cost;
-        if gain > WORTHWHILE_GAIN {
-            damping = (damping / DAMPING_FACTOR).max(MINIMUM_DAMPING);
-        }
+        damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(LARGEST_CUT, 2.0)).max(MINIMUM_DAMPING);
     }
     solution.outcome = Outcome::IterationLimit;
     solution

@@ -1,5 +1,7 @@
 //! Pose graphs with known optima (GTSAM's, in `expected.json`): the same minimum from the same start.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 use nalgebra::{Matrix6, Quaternion, Translation3, UnitQuaternion};
 use std::path::{Path, PathBuf};
 use vantage_dataset::Pose;

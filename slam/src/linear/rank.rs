@@ -52,12 +52,12 @@ pub fn least_constrained(system: &System<'_>) -> Option<Key> {
     let mut eigenvalue = 1.0;
     for _ in 0..INVERSE_ITERATIONS {
         let norm = vector.norm_l2();
-        vector = vector * faer::Scale(1.0 / norm);
+        vector *= faer::Scale(1.0 / norm);
         factor.solve_in_place(vector.as_mut());
         eigenvalue = 1.0 / vector.norm_l2() - shift;
     }
-    let flat = !(eigenvalue > RANK_TOLERANCE) || shift > RANK_TOLERANCE;
-    flat.then(|| {
+    let constrained = eigenvalue > RANK_TOLERANCE && shift <= RANK_TOLERANCE;
+    (!constrained).then(|| {
         let energy = |column: usize| vector[(column, 0)] * vector[(column, 0)];
         let mut best = (structure.kept[0].key, f64::NEG_INFINITY);
         for kept in &structure.kept {

@@ -63,6 +63,6 @@ fn geometric_is_consistent() {
 
 #[test]
 fn viewpoint_dependent_is_consistent() {
-    let model = TanhModel::new([8, 12, 32], 0.1, f64::INFINITY, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
     check(Row::ViewpointDependent, Some(&model));
 }

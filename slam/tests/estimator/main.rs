@@ -1,5 +1,7 @@
 //! The estimator on simulated worlds, with a smooth observation model whose truth is known.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 mod consistency;
 mod hypotheses;
 mod input;

@@ -7,7 +7,7 @@ use vantage_slam::{Outcome, Row, estimate};
 
 #[test]
 fn without_noise_every_row_is_the_truth() {
-    let model = TanhModel::new([8, 12, 32], 0.1, 5.0, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, 5.0, Seed(1));
     let spec = WorldSpec::sparse_loop().noiseless();
     let world = World::new(&spec, Some(&model), Seed(3));
     for row in Row::ALL {
@@ -65,4 +65,14 @@ fn a_wrong_association_is_outvoted_by_the_kernel() {
     let (huber, gaussian) = (with(&robust), with(&matching_spec(&spec)));
     println!("ATE: clean {clean:.4}, one wrong association: Huber {huber:.4}, Gaussian {gaussian:.4}");
     assert!(huber < gaussian);
+}
+
+#[test]
+fn a_long_drive_without_a_closure_is_constrained() {
+    let spec = WorldSpec { steps: 2000, laps: 30.0, objects: 0, ..WorldSpec::sparse_loop() };
+    let world = World::new(&spec, None, Seed(1));
+    let answer = estimate(&world.observations, Row::Odometry, None, &matching_spec(&spec)).unwrap();
+    assert_eq!(answer.outcome, Outcome::Converged);
+    let traces: Vec<f64> = answer.pose_covariances.unwrap().iter().map(|c| c.trace()).collect();
+    assert!(traces.windows(2).all(|w| w[0] < w[1]), "uncertainty grows along the drive");
 }

@@ -23,7 +23,7 @@ fn bits(answer: &Estimate) -> Vec<u64> {
 
 #[test]
 fn runs_and_orders_do_not_matter() {
-    let model = TanhModel::new([8, 12, 32], 0.1, 5.0, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, 5.0, Seed(1));
     let spec = WorldSpec::sparse_loop();
     let mut world = World::new(&spec, Some(&model), Seed(8));
     let run = |world: &World| {

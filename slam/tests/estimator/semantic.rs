@@ -8,7 +8,7 @@ use vantage_slam::{EstimatorSpec, Outcome, Row, estimate};
 
 #[test]
 fn an_accurate_model_lowers_ate_against_geometric() {
-    let model = TanhModel::new([8, 12, 32], 0.1, f64::INFINITY, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
     let spec = WorldSpec::sparse_loop();
     let settings = matching_spec(&spec);
     let mut differences = Vec::new();
@@ -43,7 +43,7 @@ fn an_accurate_model_lowers_ate_against_geometric() {
 
 #[test]
 fn without_information_it_equals_geometric_to_rounding() {
-    let model = TanhModel::new([8, 12, 32], 0.1, 5.0, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, 5.0, Seed(1));
     let spec = WorldSpec::sparse_loop();
     for settings in [matching_spec(&spec), EstimatorSpec::default()] {
         let world = World::new(&spec, Some(&model), Seed(8));
@@ -73,7 +73,7 @@ fn without_information_it_equals_geometric_to_rounding() {
 
 #[test]
 fn crops_the_model_cannot_measure_are_dropped_and_counted() {
-    let model = TanhModel::new([8, 12, 32], 0.1, 5.0, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, 5.0, Seed(1));
     let spec = WorldSpec::sparse_loop();
     let mut world = World::new(&spec, Some(&model), Seed(8));
     let of =
@@ -109,7 +109,7 @@ fn crops_the_model_cannot_measure_are_dropped_and_counted() {
 
 #[test]
 fn view_separation_thins_and_tempering_widens() {
-    let model = TanhModel::new([8, 12, 32], 0.1, f64::INFINITY, Seed(1));
+    let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
     let spec = WorldSpec::sparse_loop();
     let world = World::new(&spec, Some(&model), Seed(8));
     let with = |settings: EstimatorSpec| {

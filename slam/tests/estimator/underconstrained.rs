@@ -11,7 +11,7 @@ fn small() -> WorldSpec {
 }
 
 fn run(observations: &Observations, row: Row) -> Estimate {
-    let model = TanhModel::new([4, 6, 8], 0.1, 5.0, Seed(1));
+    let model = TanhModel::new([4, 6, 8], 0.03, 5.0, Seed(1));
     let answer = estimate(observations, row, Some(&model), &matching_spec(&small())).unwrap();
     assert_eq!(answer.world_from_robot.len(), observations.steps());
     assert_eq!(answer.objects.len(), observations.tracks());
@@ -32,7 +32,7 @@ fn run(observations: &Observations, row: Row) -> Estimate {
 }
 
 fn world() -> World {
-    let model = TanhModel::new([4, 6, 8], 0.1, 5.0, Seed(1));
+    let model = TanhModel::new([4, 6, 8], 0.03, 5.0, Seed(1));
     World::new(&small(), Some(&model), Seed(2))
 }
 

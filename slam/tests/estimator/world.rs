@@ -33,7 +33,7 @@ impl WorldSpec {
             inward: false,
             odometry_sigma: [0.01, 0.01],
             bearing_sigma: 0.01,
-            semantic_sigma: 0.1,
+            semantic_sigma: 0.03,
         }
     }
 
