@@ -31,7 +31,10 @@ fn view(object: &Object, azimuth: f64) -> Vec<u8> {
     };
     let camera = Camera::with_horizontal_fov(SIDE, SIDE, 2.0 * (0.5 * object.size / distance).atan());
     let world_from_camera = Pose::face_towards(&Point3::from(eye), &Point3::origin(), &-Vector3::z());
-    ReferenceRenderer::new().frame(&scene, &Shot { camera, world_from_camera }).unwrap().rgb
+    ReferenceRenderer::new()
+        .frame(&scene, &Shot { camera, world_from_camera })
+        .expect("the reference renderer draws it")
+        .rgb
 }
 
 /// Mean absolute difference over the pixels that either covers, levels of 255.

@@ -13,7 +13,7 @@ const TILT: f64 = 0.15;
 /// The tilt at which the object, of even density inside its hull, falls over in its weakest direction.
 fn critical_tilt(object: &Object) -> f64 {
     let points: Vec<Vector> = object.hull.iter().map(|&p| Vector::from(p)).collect();
-    let center = SharedShape::convex_hull(&points).unwrap().mass_properties(1.0).local_com;
+    let center = SharedShape::convex_hull(&points).expect("points of a solid").mass_properties(1.0).local_com;
     let floor = object.hull.iter().map(|p| p[2]).fold(f32::INFINITY, f32::min);
     let support = || object.hull.iter().filter(|p| p[2] < floor + 1e-3 * object.size as f32);
     let reach = (0..180).map(|k| {
