@@ -3,19 +3,30 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
+use vantage_sim::render::choice::RendererChoice as Renderers;
 
 /// Benchmark for SLAM with learned, viewpoint-dependent object semantics.
 #[derive(Clone, Debug, PartialEq, Parser)]
-#[command(name = "bench", version)]
+#[command(name = "bench", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Cli {
-    /// What to do.
+    /// Another thing to do than to run a scene.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
+    /// The scene to run, and how.
+    #[command(flatten)]
+    pub run: Option<RunArgs>,
 }
 
 /// What `bench` does.
 #[derive(Clone, Debug, PartialEq, Subcommand)]
 pub enum Command {
+    /// Compares fresh results with the committed ones.
+    Check(CheckArgs),
+    /// Writes crops, detections, odometry and truth as files.
+    Dataset(DatasetArgs),
+    /// Trains the scene's model from scratch.
+    #[cfg(feature = "train")]
+    Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.
     Schema,
 }
@@ -66,6 +77,7 @@ pub struct DatasetArgs {
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.
+#[cfg(feature = "train")]
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct TrainArgs {
     /// The scene file.
@@ -115,26 +127,30 @@ pub enum RendererChoice {
     Reference,
 }
 
+impl From<RendererChoice> for Renderers {
+    fn from(choice: RendererChoice) -> Self {
+        match choice {
+            RendererChoice::Auto => Renderers::Auto,
+            RendererChoice::Wgpu => Renderers::Wgpu,
+            RendererChoice::Reference => Renderers::Reference,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
 
-    #[derive(Debug, Parser)]
-    struct Run {
-        #[command(flatten)]
-        run: RunArgs,
-    }
-
     fn parse(arguments: &str) -> Result<RunArgs, String> {
         let words = std::iter::once("bench").chain(arguments.split_whitespace());
-        Run::try_parse_from(words).map(|cli| cli.run).map_err(|error| error.to_string())
+        let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
+        cli.run.ok_or_else(|| "no scene".to_owned())
     }
 
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
-        Run::command().debug_assert();
     }
 
     #[test]

@@ -8,9 +8,14 @@ use crate::score::pairs::PairsError;
 use crate::table::TableError;
 use crate::trajectory::TrajectoryError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use thiserror::Error;
+use vantage_dataset::InstanceId;
 use vantage_dataset::store::StoreError;
+use vantage_sim::error::SimError;
+use vantage_sim::render::RenderError;
+use vantage_slam::EstimateError;
 
 /// Exit codes, which scripts may rely on. Wrong arguments also end with 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +57,70 @@ pub enum BenchError {
     /// See [`StoreError`].
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// See [`SimError`].
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// See [`RenderError`].
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The simulated part of a scene breaks a rule.
+    #[error("the scene is not valid: {0}")]
+    Rules(#[from] garde::Report),
+    /// See [`vantage_learn::ModelError`].
+    #[error(transparent)]
+    Model(#[from] vantage_learn::ModelError),
+    /// See [`vantage_learn::TrainError`].
+    #[cfg(feature = "train")]
+    #[error(transparent)]
+    Train(#[from] vantage_learn::TrainError),
+    /// See [`EstimateError`].
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// A scene without a model, in a program that cannot train one.
+    #[cfg(not(feature = "train"))]
+    #[error(
+        "this program was built without training: build it with `--features train`, or name a model with --model"
+    )]
+    CannotTrain,
+    /// The list of instances that a model has seen is missing or damaged.
+    #[error(
+        "{}: {reason}; the list says which instances the model was trained on, so that none of them is scored: train \
+         the model anew, or write the list", path.display()
+    )]
+    TrainingInstances {
+        /// The list.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// An instance that would be scored is among those that the model has seen.
+    #[error(
+        "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \
+         unseen instances", instance.0, folder.display()
+    )]
+    Leak {
+        /// The instance.
+        instance: InstanceId,
+        /// The model's folder.
+        folder: PathBuf,
+    },
+    /// A cached answer is not what was written.
+    #[error("{}: {reason}; remove the cache entry and run again", path.display())]
+    StoredAnswers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// No object was detected in any episode.
+    #[error(
+        "no object was detected in any episode of {}: tables were written, but only dead reckoning was scored; turn \
+         the camera (`robot.camera`), move the path, or lower `sensors.detector`", scene.display()
+    )]
+    NothingSeen {
+        /// The scene.
+        scene: PathBuf,
+    },
     /// See [`ResultsError`].
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -92,17 +161,41 @@ impl BenchError {
                 6 => Exit::CannotWrite,
                 _ => Exit::Bug,
             },
+            BenchError::Sim(SimError::Render(_)) | BenchError::Render(_) => Exit::MissingCapability,
+            BenchError::Sim(SimError::NonFinite { .. }) => Exit::Bug,
+            BenchError::Sim(_) | BenchError::Rules(_) | BenchError::Leak { .. } => Exit::BadInput,
+            BenchError::Model(_)
+            | BenchError::TrainingInstances { .. }
+            | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
+            #[cfg(feature = "train")]
+            BenchError::Train(error) => training_exit(error),
+            #[cfg(not(feature = "train"))]
+            BenchError::CannotTrain => Exit::MissingCapability,
+            BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
+            BenchError::NothingSeen { .. } => Exit::NothingEvaluated,
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
             BenchError::Results(_) => Exit::StoredDataInvalid,
             BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,
             BenchError::Gate(_) => Exit::BadInput,
-            BenchError::Pairs(_)
+            BenchError::Estimate(_)
+            | BenchError::Pairs(_)
             | BenchError::Trajectory(_)
             | BenchError::Table(_)
             | BenchError::Json(_)
             | BenchError::Csv(_)
             | BenchError::Figure(_) => Exit::Bug,
         }
+    }
+}
+
+#[cfg(feature = "train")]
+fn training_exit(error: &vantage_learn::TrainError) -> Exit {
+    use vantage_learn::TrainError;
+    match error {
+        TrainError::Write { .. } => Exit::CannotWrite,
+        TrainError::NonFiniteLoss { .. } | TrainError::Stopped { .. } => Exit::NothingEvaluated,
+        TrainError::Export(_) => Exit::Bug,
+        _ => Exit::BadInput,
     }
 }
 

@@ -12,12 +12,14 @@
 //! - [`scene_file`], [`cli`], [`run`], [`exit`]: the `bench` command
 
 pub mod cli;
+pub mod command;
 pub mod exit;
 pub mod figure;
 pub mod gate;
 pub mod manifest;
 pub mod metric;
 pub mod output;
+pub mod pipeline;
 pub mod progress;
 pub mod render;
 pub mod report;

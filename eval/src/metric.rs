@@ -34,6 +34,8 @@ pub enum Metric {
     Purity,
     /// Recall@1: [`crate::score::retrieval::recall_at`].
     RecallAt1,
+    /// Recall@1 where the match has to come from another lighting session.
+    RecallAt1AcrossLight,
     /// Recall@5.
     RecallAt5,
     /// Median azimuth error: [`crate::score::viewpoint::summarize`].
@@ -64,7 +66,7 @@ pub enum Better {
 
 impl Metric {
     /// All metrics, in the order of their columns.
-    pub const ALL: [Metric; 17] = [
+    pub const ALL: [Metric; 18] = [
         Metric::Ate,
         Metric::AteUmeyama,
         Metric::RpeTranslation,
@@ -79,6 +81,7 @@ impl Metric {
         Metric::Completeness,
         Metric::Purity,
         Metric::RecallAt1,
+        Metric::RecallAt1AcrossLight,
         Metric::RecallAt5,
         Metric::ViewpointMedian,
         Metric::ViewpointRight,
@@ -101,6 +104,7 @@ impl Metric {
             Metric::Completeness => "Completeness",
             Metric::Purity => "Purity",
             Metric::RecallAt1 => "Recall@1",
+            Metric::RecallAt1AcrossLight => "Recall@1, other light",
             Metric::RecallAt5 => "Recall@5",
             Metric::ViewpointMedian => "Viewpoint median",
             Metric::ViewpointRight => "Viewpoint < 15 deg",
@@ -124,6 +128,7 @@ impl Metric {
             Metric::Completeness => "completeness",
             Metric::Purity => "purity",
             Metric::RecallAt1 => "recall_at_1",
+            Metric::RecallAt1AcrossLight => "recall_at_1_other_light",
             Metric::RecallAt5 => "recall_at_5",
             Metric::ViewpointMedian => "viewpoint_median_rad",
             Metric::ViewpointRight => "viewpoint_right",

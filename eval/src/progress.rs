@@ -33,6 +33,14 @@ impl Progress {
         Self(Target::Lines { sink: Arc::new(Mutex::new(sink)), pause })
     }
 
+    /// Says a line, whatever stage is under way.
+    pub fn note(&self, line: &str) {
+        match &self.0 {
+            Target::Bars => eprintln!("{line}"),
+            Target::Lines { sink, .. } => print(sink, line),
+        }
+    }
+
     /// Starts a stage of `total` steps; it ends when dropped.
     pub fn stage(&self, name: &str, total: u64) -> Stage {
         let now = Instant::now();

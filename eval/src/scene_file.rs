@@ -10,6 +10,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::Seed;
+use vantage_learn::TrainingSpec;
+use vantage_sim::scene::{CheckedScene, RobotSpec, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into};
+use vantage_slam::EstimatorSpec;
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;
@@ -29,9 +33,57 @@ pub struct SceneFile {
     /// What the scene is to show, in a sentence.
     #[garde(length(min = 1, max = 1000))]
     pub purpose: String,
+    /// What there is to see.
+    #[garde(dive)]
+    pub world: WorldSpec,
+    /// The robot.
+    #[garde(dive, custom(fits_into(&self.world)))]
+    pub robot: RobotSpec,
+    /// Its sensors.
+    #[garde(dive)]
+    pub sensors: SensorSpec,
+    /// Views of single objects: those that the model is trained on, and those it is scored on.
+    #[garde(dive)]
+    pub views: ViewsSpec,
+    /// The observation model.
+    #[garde(dive)]
+    pub training: TrainingSection,
+    /// The estimator.
+    #[garde(dive)]
+    pub estimator: EstimatorSpec,
     /// What is scored.
     #[garde(dive)]
     pub evaluation: EvaluationSpec,
+}
+
+impl SceneFile {
+    /// The simulated part. A scene file that was read has passed the simulator's rules.
+    pub fn checked(&self) -> Result<CheckedScene, garde::Report> {
+        CheckedScene::new(SceneSpec {
+            world: self.world.clone(),
+            robot: self.robot.clone(),
+            sensors: self.sensors.clone(),
+            views: self.views.clone(),
+        })
+    }
+}
+
+/// Where the observation model comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct TrainingSection {
+    /// Seed of the training views and of the training.
+    #[garde(skip)]
+    #[schemars(with = "u64")]
+    pub seed: Seed,
+    /// Folder of a trained model, relative to the scene file; without it, or with `--train`, one is trained.
+    #[serde(default)]
+    #[garde(skip)]
+    pub reference: Option<PathBuf>,
+    /// How a model is trained.
+    #[serde(default)]
+    #[garde(dive)]
+    pub model: TrainingSpec,
 }
 
 /// What is scored.

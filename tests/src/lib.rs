@@ -1,1 +1,105 @@
-//! placeholder
+//! What the integration tests share: the `bench` program, and a scene small enough to run often.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The repository's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
+}
+
+/// The `bench` program that was built with the tests.
+///
+/// # Panics
+/// If there is none: `cargo test --workspace` builds it.
+pub fn bench() -> Command {
+    let test = std::env::current_exe().unwrap_or_default();
+    let program = test.ancestors().nth(2).unwrap_or(Path::new(".")).join("bench");
+    assert!(program.exists(), "{} is missing: run `cargo test --workspace`", program.display());
+    let mut command = Command::new(program);
+    command.current_dir(root());
+    command
+}
+
+/// A folder with a small scene, `scene.yaml`, that takes a second: three objects, two seeds, the committed model.
+#[derive(Debug)]
+pub struct SmallScene {
+    folder: tempfile::TempDir,
+}
+
+impl SmallScene {
+    /// Writes the scene, with each `(old, new)` replaced in its text.
+    ///
+    /// # Panics
+    /// If the folder cannot be written, or an `old` is not in the scene.
+    pub fn new(changes: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut text = include_str!("../cases/small.yaml")
+            .replace("MODEL", &root().join("models/objects").to_string_lossy());
+        for (old, new) in changes {
+            assert!(text.contains(old), "{old:?} is not in the scene");
+            text = text.replace(old, new);
+        }
+        std::fs::write(folder.path().join("scene.yaml"), text).expect("a scene file");
+        Self { folder }
+    }
+
+    /// A path in the scene's folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `bench scene.yaml` with the reference renderer, its output and cache in the folder.
+    pub fn command(&self) -> Command {
+        let mut command = bench();
+        command.arg(self.path("scene.yaml"));
+        command.args(["--renderer", "reference", "--out"]).arg(self.path("out"));
+        command.arg("--cache").arg(self.path("cache"));
+        command
+    }
+
+    /// Runs [`SmallScene::command`].
+    ///
+    /// # Panics
+    /// If the program cannot be started.
+    pub fn run(&self) -> Finished {
+        Finished::of(&mut self.command())
+    }
+}
+
+/// How a program ended.
+#[derive(Debug)]
+pub struct Finished {
+    /// Its exit code; `None` if it was killed.
+    pub code: Option<i32>,
+    /// What it printed.
+    pub stdout: String,
+    /// What it complained of.
+    pub stderr: String,
+}
+
+impl Finished {
+    /// Runs a command to its end.
+    ///
+    /// # Panics
+    /// If it cannot be started.
+    pub fn of(command: &mut Command) -> Self {
+        let Output { status, stdout, stderr } = command.output().expect("the program starts");
+        Self {
+            code: status.code(),
+            stdout: String::from_utf8_lossy(&stdout).into_owned(),
+            stderr: String::from_utf8_lossy(&stderr).into_owned(),
+        }
+    }
+
+    /// # Panics
+    /// If the exit code is another, or the complaint lacks one of `words`, or it is a panic's.
+    pub fn expect(&self, code: i32, words: &[&str]) -> &Self {
+        assert_eq!(self.code, Some(code), "{self:#?}");
+        for word in words {
+            assert!(self.stderr.contains(word), "{word:?} is not in {}", self.stderr);
+        }
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+        self
+    }
+}

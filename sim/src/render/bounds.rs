@@ -62,10 +62,9 @@ impl Bounds {
     /// Measures the models of `placements` that are new.
     pub fn learn(&mut self, placements: &[Placement]) {
         for Placement { model, .. } in placements {
-            if !self.spheres.contains_key(&address(model)) {
-                let sphere = Sphere::around(&model.mesh.positions);
-                self.spheres.insert(address(model), (Arc::downgrade(model), sphere));
-            }
+            self.spheres
+                .entry(address(model))
+                .or_insert_with(|| (Arc::downgrade(model), Sphere::around(&model.mesh.positions)));
         }
         if self.spheres.len() > self.prune_at {
             self.spheres.retain(|_, (model, _)| model.strong_count() > 0);

@@ -6,8 +6,11 @@ use nalgebra::{Translation3, UnitQuaternion, Vector2, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::{Camera, Pose, Stream};
 
+/// A robot's camera is tilted towards what it drives past: objects keep to this share of the image's height.
+const MIDDLE: f64 = 0.5;
+
 /// Draws `object_from_camera` for an upright object whose bounding sphere has diameter `size`: any azimuth,
-/// elevation, distance and roll by the spec, and the object anywhere in the image that shows all of it.
+/// elevation, distance and roll by the spec, and the object wholly in the image.
 pub fn draw(spec: &ViewsSpec, camera: &Camera, size: f64, stream: &mut Stream) -> Pose {
     let azimuth = stream.uniform(-PI, PI);
     let elevation = stream.uniform(spec.elevation_deg.low(), spec.elevation_deg.high()).to_radians();
@@ -22,7 +25,7 @@ pub fn draw(spec: &ViewsSpec, camera: &Camera, size: f64, stream: &mut Stream) -
     let center = Vector2::new(camera.cx, camera.cy);
     let free = Vector2::new(
         (f64::from(camera.width) / 2.0 - radius).max(0.0),
-        (f64::from(camera.height) / 2.0 - radius).max(0.0),
+        (f64::from(camera.height) * MIDDLE / 2.0).min(f64::from(camera.height) / 2.0 - radius).max(0.0),
     );
     let off = Vector2::new(free.x * stream.uniform(-1.0, 1.0), free.y * stream.uniform(-1.0, 1.0));
     let rotation = aim(&camera.ray_in_camera(&(center + off)), &-towards_camera)

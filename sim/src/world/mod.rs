@@ -18,6 +18,9 @@ use rayon::prelude::*;
 use stand::Stand;
 use vantage_dataset::{ObjectTruth, Pose, Seed, Split};
 
+/// Simulated time that objects get to come to rest, seconds.
+const PATIENCE: u32 = 20;
+
 /// A world in which every object has come to rest.
 pub struct World {
     /// What the objects stand on.
@@ -56,7 +59,7 @@ impl World {
             &mut seed.stream("layout", 0),
         )?;
         let mut physics = Physics::new(&stands);
-        let world_from_object = settle::settle(&mut physics, &stands, &objects, &places, progress)?;
+        let world_from_object = settle::settle(&mut physics, &stands, &objects, &places, PATIENCE, progress)?;
         Ok(Self { stands, objects, world_from_object, physics })
     }
 

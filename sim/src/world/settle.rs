@@ -10,15 +10,15 @@ use vantage_dataset::Pose;
 
 /// Height from which objects are dropped, metres.
 const DROP: f64 = 0.005;
-/// Simulated time objects get to come to rest, seconds.
-const PATIENCE: u32 = 20;
 
-/// Drops every object upright at its place and returns where they come to rest, `world_from_object`.
+/// Drops every object upright at its place and returns where they come to rest, `world_from_object`, for which they
+/// get so many simulated seconds.
 pub fn settle(
     physics: &mut Physics,
     stands: &[Stand],
     objects: &[Object],
     places: &[Place],
+    seconds: u32,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Vec<Pose>, SimError> {
     let mut bodies = Vec::with_capacity(objects.len());
@@ -33,7 +33,7 @@ pub fn settle(
             .ok_or_else(|| SimError::NonFinite { body: format!("object {i}") })?;
         bodies.push(body);
     }
-    let total = PATIENCE * RATE;
+    let total = seconds * RATE;
     for step in 0..total {
         if bodies.iter().all(|body| physics.at_rest(*body)) {
             break;
@@ -46,7 +46,7 @@ pub fn settle(
     }
     if let Some(object) = bodies.iter().position(|body| !physics.at_rest(*body)) {
         let family = objects[object].family.name();
-        return Err(SimError::DidNotSettle { object, family, seconds: PATIENCE.into() });
+        return Err(SimError::DidNotSettle { object, family, seconds: seconds.into() });
     }
     Ok(bodies.iter().map(|body| physics.pose(*body)).collect())
 }

@@ -2,8 +2,8 @@
 
 use super::super::{Light, NO_OBJECT, RenderScene};
 use super::canvas::{Canvas, NO_FACET};
-use super::raster::Facet;
-use super::tables::{LEVEL_STEPS, TABLES, Tables};
+use super::raster::{Facet, PlaneRow};
+use super::tables::{LEVEL_STEPS, TABLES, Tables, round_small};
 use crate::texture::{TEXTURE_SIDE, Texture};
 
 /// Steps of a texel, and of a mip level.
@@ -28,48 +28,70 @@ impl<'a> Shader<'a> {
 
     /// sRGB bytes and ids, row-major.
     pub fn shade(&self, canvas: &Canvas) -> (Vec<u8>, Vec<u32>) {
-        let mut rgb = vec![0; 3 * canvas.nearest.len()];
-        let mut ids = vec![NO_OBJECT; canvas.nearest.len()];
+        let mut rgb = Vec::with_capacity(3 * canvas.nearest.len());
+        let mut ids = Vec::with_capacity(canvas.nearest.len());
         let width = canvas.width as usize;
         let rows = canvas.nearest.chunks_exact(width).zip(canvas.inverse_depth.chunks_exact(width));
-        let outputs = rgb.chunks_exact_mut(3 * width).zip(ids.chunks_exact_mut(width));
-        for (row, ((numbers, depths), (rgb, ids))) in rows.zip(outputs).enumerate() {
-            let pixels = rgb.as_chunks_mut::<3>().0.iter_mut().zip(ids);
-            for (column, ((pixel, id), (&number, &inverse_depth))) in
-                pixels.zip(numbers.iter().zip(depths)).enumerate()
-            {
-                if number == NO_FACET {
-                    *pixel = self.scene.background;
-                    continue;
+        for (row, (facets, inverse_depths)) in (0..).zip(rows) {
+            let mut column = 0;
+            for run in facets.chunk_by(PartialEq::eq) {
+                let columns = column..column + run.len();
+                column = columns.end;
+                if run[0] == NO_FACET {
+                    rgb.extend(std::iter::repeat_n(self.scene.background, run.len()).flatten());
+                    ids.extend(std::iter::repeat_n(NO_OBJECT, run.len()));
+                } else {
+                    let facet = &canvas.facets[run[0] as usize];
+                    let placement = &self.scene.placements[facet.placement as usize];
+                    let first = columns.start as i32 - facet.left;
+                    let band = Band::new(facet, &placement.model.texture, row - facet.top);
+                    for (column, inverse_depth) in (first..).zip(&inverse_depths[columns]) {
+                        rgb.extend(self.pixel(&band, column, 1.0 / inverse_depth));
+                    }
+                    ids.extend(std::iter::repeat_n(placement.id, run.len()));
                 }
-                let facet = &canvas.facets[number as usize];
-                let placement = &self.scene.placements[facet.placement as usize];
-                let texture = &placement.model.texture;
-                *pixel = self.pixel(facet, texture, column as i32, row as i32, 1.0 / inverse_depth);
-                *id = placement.id;
             }
         }
         (rgb, ids)
     }
 
-    fn pixel(&self, facet: &Facet, texture: &Texture, column: i32, row: i32, depth: f32) -> [u8; 3] {
-        let (column, row) = (column - facet.left, row - facet.top);
-        let [u, v, incidence] = facet.varyings.map(|varying| varying.row(row).at(column) * depth);
+    fn pixel(&self, band: &Band<'_>, column: i32, depth: f32) -> [u8; 3] {
+        let [u, v, incidence] = band.varyings.map(|varying| varying.at(column) * depth);
+        let [over_u, over_v, nearness] = band.slopes;
+        let along = |axis: usize| {
+            let [u, v] = [over_u[axis] - u * nearness[axis], over_v[axis] - v * nearness[axis]];
+            u * u + v * v
+        };
         let texels = depth * TEXTURE_SIDE as f32;
-        let [over_u, over_v, _] = &facet.varyings;
-        let nearness = &facet.inverse_depth;
-        let along_row =
-            [over_u.per_column - u * nearness.per_column, over_v.per_column - v * nearness.per_column];
-        let along_column = [over_u.per_row - u * nearness.per_row, over_v.per_row - v * nearness.per_row];
-        let squared = |change: [f32; 2]| change[0] * change[0] + change[1] * change[1];
-        let footprint = squared(along_row).max(squared(along_column)) * (texels * texels);
-        let albedo = sample(texture, u, v, self.tables.half_log2(footprint));
+        let footprint = along(0).max(along(1)) * (texels * texels);
+        let albedo = sample(band.texture, u, v, self.tables.half_log2(footprint));
         let Light { ambient, diffuse, .. } = &self.scene.light;
         let incidence = incidence.max(0.0);
         std::array::from_fn(|channel| {
-            let linear = self.tables.linear[albedo[channel]];
+            let linear = self.tables.linear(albedo[channel]);
             self.tables.encode(linear * (ambient[channel] + diffuse[channel] * incidence))
         })
+    }
+}
+
+/// What is the same along a row of a facet.
+#[derive(Debug)]
+struct Band<'a> {
+    texture: &'a Texture,
+    /// u, v and `n . l`, each over depth.
+    varyings: [PlaneRow; 3],
+    /// Changes of u over depth, of v over depth, and of 1 over depth: a column on, and a row on.
+    slopes: [[f32; 2]; 3],
+}
+
+impl<'a> Band<'a> {
+    fn new(facet: &Facet, texture: &'a Texture, row: i32) -> Self {
+        let [u, v, _] = &facet.varyings;
+        Self {
+            texture,
+            varyings: facet.varyings.map(|varying| varying.row(row)),
+            slopes: [u, v, &facet.inverse_depth].map(|plane| [plane.per_column, plane.per_row]),
+        }
     }
 }
 
@@ -78,8 +100,7 @@ fn sample(texture: &Texture, u: f32, v: f32, detail: i32) -> [usize; 3] {
     let coarsest = texture.levels.len() as i32 - 1;
     let detail = detail.clamp(0, coarsest * STEPS);
     let (level, fraction) = ((detail / STEPS) as usize, (detail % STEPS) as u64);
-    let x = (u * (TEXTURE_SIDE as i32 * STEPS) as f32) as i32;
-    let y = (v * (TEXTURE_SIDE as i32 * STEPS) as f32) as i32;
+    let [x, y] = [u, v].map(|along| round_small(along * (TEXTURE_SIDE as i32 * STEPS) as f32));
     let fine = bilinear(&texture.levels[level], level, x, y);
     let mixed = if fraction == 0 {
         fine
@@ -90,7 +111,7 @@ fn sample(texture: &Texture, u: f32, v: f32, detail: i32) -> [usize; 3] {
     };
     let channel = |shift: u32| {
         let steps = (mixed >> shift) as usize & 0xffff;
-        (steps + STEPS as usize / LEVEL_STEPS / 2) * LEVEL_STEPS / STEPS as usize
+        (steps + STEPS as usize / LEVEL_STEPS / 2) / (STEPS as usize / LEVEL_STEPS)
     };
     [channel(0), channel(32), channel(16)]
 }

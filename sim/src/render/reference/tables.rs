@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-/// Steps of an 8-bit level that [`Tables::linear`] tells apart.
+/// Steps of an 8-bit level that are decoded apart.
 pub(super) const LEVEL_STEPS: usize = 4;
 
 const ENCODED: usize = 4096;
@@ -10,8 +10,8 @@ const ENCODED: usize = 4096;
 /// Curves that a platform's mathematics would round differently elsewhere.
 #[derive(Debug)]
 pub(super) struct Tables {
-    /// Linear light of an sRGB-encoded value, in quarters of a level.
-    pub linear: [f32; 255 * LEVEL_STEPS + 1],
+    /// Linear light of sRGB, in [`LEVEL_STEPS`] of a level; the end is never read.
+    linear: [f32; 256 * LEVEL_STEPS],
     /// sRGB level of linear light.
     encoded: [u8; ENCODED],
     /// `256 log2(1 + (i + 1/2) / 256)`.
@@ -26,10 +26,15 @@ pub(super) static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
 });
 
 impl Tables {
+    /// Linear light of an sRGB-encoded value in [`LEVEL_STEPS`] of a level.
+    pub fn linear(&self, encoded: usize) -> f32 {
+        self.linear[encoded % (256 * LEVEL_STEPS)]
+    }
+
     /// The sRGB level of linear light, clamped to `[0, 1]`.
     pub fn encode(&self, linear: f32) -> u8 {
-        let index = (linear * (ENCODED - 1) as f32 + 0.5) as i32;
-        self.encoded[index.clamp(0, ENCODED as i32 - 1) as usize]
+        let index = round_small((linear * (ENCODED - 1) as f32).clamp(0.0, (ENCODED - 1) as f32));
+        self.encoded[index as usize % ENCODED]
     }
 
     /// `128 log2(x)` of a positive number.
@@ -38,6 +43,13 @@ impl Tables {
         let exponent = ((bits >> 23) & 0xff) as i32 - 127;
         ((exponent << 8) + i32::from(self.log2[((bits >> 15) & 0xff) as usize])) >> 1
     }
+}
+
+/// The nearest integer of a number below 2^21 in size, and any integer for others: faster than a cast, which saturates.
+pub(super) fn round_small(x: f32) -> i32 {
+    // A sum of this size keeps no fraction: its low bits are the integer.
+    const SHIFT: f32 = 12_582_912.0;
+    ((x + SHIFT).to_bits() as i32).wrapping_sub(SHIFT.to_bits() as i32)
 }
 
 /// IEC 61966-2-1.
@@ -56,11 +68,18 @@ mod tests {
     #[test]
     fn every_level_survives_decoding_and_encoding() {
         for level in 0..=255_u8 {
-            let linear = TABLES.linear[usize::from(level) * LEVEL_STEPS];
+            let linear = TABLES.linear(usize::from(level) * LEVEL_STEPS);
             let back = TABLES.encode(linear);
             assert!(back.abs_diff(level) <= 1, "{level} -> {linear} -> {back}");
         }
         assert_eq!(TABLES.encode(7.0), 255);
+    }
+
+    #[test]
+    fn small_numbers_round_to_the_nearest_integer() {
+        for (x, rounded) in [(0.0, 0), (0.6, 1), (-0.6, -1), (4094.7, 4095), (-2_000_000.0, -2_000_000)] {
+            assert_eq!(round_small(x), rounded);
+        }
     }
 
     #[test]

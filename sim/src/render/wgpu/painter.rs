@@ -3,7 +3,7 @@
 use super::super::projection::{light_in_model, pixels_from_model};
 use super::super::{Light, NEAR, Placement, RenderError, Shot};
 use super::device::Gpu;
-use super::pipeline::{ITEMS, Item, Pipelines};
+use super::pipeline::{ITEM_STRIDE, ITEMS, Item, Pipelines};
 use super::residency::{Residency, Resident};
 use super::target::Target;
 
@@ -71,7 +71,7 @@ impl<'a> Painter<'a> {
             ambient: light.ambient,
             id: placement.id,
             diffuse: light.diffuse,
-            padding: 0,
+            padding: [0; 37],
         });
         self.calls.push(Call { viewport, marking, resident });
         Ok(())
@@ -93,12 +93,13 @@ impl<'a> Painter<'a> {
         self.gpu.queue.write_buffer(&self.pipelines.items, 0, bytemuck::cast_slice(&self.items));
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut pass = self.target.pass(&mut encoder, self.fresh);
-        pass.set_bind_group(0, &self.pipelines.inputs, &[]);
+        pass.set_bind_group(0, &self.pipelines.textures, &[]);
         pass.set_vertex_buffer(0, self.residency.vertices.slice(..));
         pass.set_index_buffer(self.residency.indices.slice(..), wgpu::IndexFormat::Uint32);
         let mut viewport = None;
         let mut marking = None;
         for (index, call) in (0..).zip(&self.calls) {
+            pass.set_bind_group(1, &self.pipelines.item, &[index * ITEM_STRIDE]);
             if marking != Some(call.marking) {
                 marking = Some(call.marking);
                 let pipelines = self.pipelines;
@@ -111,7 +112,7 @@ impl<'a> Painter<'a> {
                 pass.set_scissor_rect(column, row, width, height);
             }
             let resident = &call.resident;
-            pass.draw_indexed(resident.indices.clone(), resident.first_vertex as i32, index..index + 1);
+            pass.draw_indexed(resident.indices.clone(), resident.first_vertex as i32, 0..1);
         }
         drop(pass);
         self.calls.clear();

@@ -2,6 +2,7 @@
 
 use super::device::Gpu;
 use bytemuck::{Pod, Zeroable};
+use std::num::NonZeroU64;
 
 /// What the shader knows of a drawn placement; laid out as `Item` in `shade.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -14,8 +15,13 @@ pub(super) struct Item {
     pub ambient: [f32; 3],
     pub id: u32,
     pub diffuse: [f32; 3],
-    pub padding: u32,
+    /// Of the struct, and up to the alignment that uniforms need.
+    pub padding: [u32; 37],
 }
+
+/// Distance between items in their buffer, bytes.
+pub(super) const ITEM_STRIDE: u32 = size_of::<Item>() as u32;
+const _: () = assert!(ITEM_STRIDE == 256, "the greatest alignment that a device may ask for");
 
 /// A vertex as the shader reads it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -43,18 +49,19 @@ pub(super) struct Pipelines {
     pub marking: wgpu::RenderPipeline,
     /// Leaves marks alone.
     pub plain: wgpu::RenderPipeline,
-    pub inputs: wgpu::BindGroup,
+    pub textures: wgpu::BindGroup,
+    /// With a dynamic offset in `items`.
+    pub item: wgpu::BindGroup,
     pub items: wgpu::Buffer,
 }
 
 impl Pipelines {
     pub fn new(gpu: &Gpu, textures: &wgpu::Texture) -> Self {
         let device = &gpu.device;
-        let layout = bind_group_layout(device);
         let items = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("items"),
-            size: (ITEMS * size_of::<Item>()) as u64,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            size: ITEMS as u64 * u64::from(ITEM_STRIDE),
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
@@ -69,71 +76,79 @@ impl Pipelines {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
-        let inputs = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("inputs"),
-            layout: &layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: items.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&array) },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
-            ],
-        });
+        let [texture_layout, item_layout] = layouts(device);
         let shader = device.create_shader_module(wgpu::include_wgsl!("shade.wgsl"));
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("placements"),
+            bind_group_layouts: &[Some(&texture_layout), Some(&item_layout)],
+            immediate_size: 0,
+        });
         Self {
             marking: pipeline(device, &layout, &shader, wgpu::ColorWrites::ALL),
             plain: pipeline(device, &layout, &shader, wgpu::ColorWrites::COLOR),
-            inputs,
+            textures: device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("textures"),
+                layout: &texture_layout,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&array) },
+                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+                ],
+            }),
+            item: device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("item"),
+                layout: &item_layout,
+                entries: &[wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                        buffer: &items,
+                        offset: 0,
+                        size: NonZeroU64::new(u64::from(ITEM_STRIDE)),
+                    }),
+                }],
+            }),
             items,
         }
     }
 }
 
-fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+/// Of the textures' group and the item's.
+fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("inputs"),
-        entries: &[
-            entry(
-                0,
-                wgpu::ShaderStages::VERTEX,
-                wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Storage { read_only: true },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-            ),
-            entry(
-                1,
-                wgpu::ShaderStages::FRAGMENT,
-                wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2Array,
-                    multisampled: false,
-                },
-            ),
-            entry(
-                2,
-                wgpu::ShaderStages::FRAGMENT,
-                wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            ),
-        ],
-    })
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let item = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: true,
+        min_binding_size: None,
+    };
+    [
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("textures"),
+            entries: &[
+                entry(0, wgpu::ShaderStages::FRAGMENT, texture),
+                entry(1, wgpu::ShaderStages::FRAGMENT, sampler),
+            ],
+        }),
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("item"),
+            entries: &[entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, item)],
+        }),
+    ]
 }
 
 fn pipeline(
     device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
+    layout: &wgpu::PipelineLayout,
     shader: &wgpu::ShaderModule,
     color_writes: wgpu::ColorWrites,
 ) -> wgpu::RenderPipeline {
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("placements"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("placements"),
-        layout: Some(&layout),
+        layout: Some(layout),
         vertex: wgpu::VertexState {
             module: shader,
             entry_point: Some("project"),

@@ -1,0 +1,15 @@
+//! The commands of `bench` that run the line.
+
+mod check;
+mod dataset;
+mod pictures;
+mod score;
+mod tables;
+#[cfg(feature = "train")]
+mod train;
+
+pub use check::check;
+pub use dataset::dataset;
+pub use score::bench;
+#[cfg(feature = "train")]
+pub use train::train;

@@ -1,0 +1,145 @@
+//! `bench SCENE`: the whole line, from a scene file to tables and pictures.
+
+use super::{pictures, tables};
+use crate::cli::{RunArgs, StageArgs};
+use crate::exit::{BenchError, Exit};
+use crate::manifest::{Manifest, Renderer};
+use crate::output::OutputFolder;
+use crate::pipeline::{Answer, EpisodeFolder, Pipeline, Unseen, episodes, estimates, model, unseen};
+use crate::render::{self, Style};
+use crate::report;
+use crate::results::Results;
+use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use vantage_dataset::{Seed, Split};
+
+/// All that the line gave for one scene.
+pub struct Scored {
+    /// The tables.
+    pub results: Results,
+    /// Their origin.
+    pub manifest: Manifest,
+    /// The episodes by seed, or why there is none.
+    pub episodes: Vec<(Seed, Result<EpisodeFolder, String>)>,
+    /// The estimators' answers by seed.
+    pub answers: Vec<(Seed, Vec<Answer>)>,
+    /// Scores on unseen instances, one a seed.
+    pub unseen: Vec<Unseen>,
+    /// Detections in all episodes.
+    pub detections: usize,
+}
+
+/// Runs the line on a scene.
+pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
+    let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer)?;
+    let seeds = match stages.seeds {
+        Some(count) => (0..count).map(Seed).collect(),
+        None => pipeline.file.evaluation.seeds.as_slice().to_vec(),
+    };
+    let mut manifest = Manifest::new(&pipeline.scene_hash, &seeds);
+    manifest.renderer = renderer(&pipeline);
+    manifest.options = serde_json::to_value(stages)?;
+    let mut clock = Clock { manifest: &mut manifest, start: Instant::now() };
+
+    let loaded = model(&pipeline, chosen_model(&pipeline, stages).as_deref())?;
+    clock.stage("model");
+    let episodes = episodes(&pipeline, &seeds, Split::Test)?;
+    clock.stage("episodes");
+    let answers = estimates(&pipeline, &episodes, &loaded)?;
+    clock.stage("estimates");
+    let unseen = unseen(&pipeline, &seeds, &loaded)?;
+    clock.stage("unseen instances");
+    let scored = tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen)?;
+
+    manifest.model_hash = Some(loaded.hash.clone());
+    manifest.dataset_hash = Some(dataset_hash(&episodes));
+    Ok(Scored {
+        results: Results::new(&pipeline.file.name, &pipeline.scene_hash, scored.tables),
+        detections: scored.detections,
+        manifest,
+        episodes,
+        answers,
+        unseen,
+    })
+}
+
+/// Notes how long each stage took.
+struct Clock<'a> {
+    manifest: &'a mut Manifest,
+    start: Instant,
+}
+
+impl Clock<'_> {
+    fn stage(&mut self, name: &str) {
+        self.manifest.took(name, self.start.elapsed());
+        self.start = Instant::now();
+    }
+}
+
+fn renderer(pipeline: &Pipeline) -> Renderer {
+    let info = &pipeline.renderer_info;
+    let is_wgpu = !info.driver.is_empty();
+    Renderer {
+        name: info.renderer.clone(),
+        adapter: is_wgpu.then(|| info.adapter.clone()),
+        driver: is_wgpu.then(|| info.driver.clone()),
+    }
+}
+
+/// The folder of the model to load, or `None` to train one.
+fn chosen_model(pipeline: &Pipeline, stages: &StageArgs) -> Option<PathBuf> {
+    let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
+    if stages.train { None } else { stages.model.clone().or_else(committed) }
+}
+
+fn dataset_hash(episodes: &[(Seed, Result<EpisodeFolder, String>)]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (seed, episode) in episodes {
+        hasher.update(&seed.0.to_le_bytes());
+        hasher.update(episode.as_ref().map_or("none", |episode| &episode.seal).as_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// Runs the line, prints the tables and writes results, trajectories and pictures below `args.out`.
+pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let out = OutputFolder::probe(&args.out)?;
+    let scored = score(&args.scene, &args.stages)?;
+    print(&scored, stdout)?;
+    let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
+    let folder = PathBuf::from(&scored.results.scene);
+    pictures::write(&out, &folder, &scored)?;
+    out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
+    report::write(&out, &scored.results, &scored.manifest)?;
+    if scored.detections == 0 {
+        return Err(BenchError::NothingSeen { scene: args.scene.clone() });
+    }
+    Ok(Exit::Success)
+}
+
+/// Prints every table, and the viewpoint errors by family.
+fn print(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
+    for table in &scored.results.tables {
+        writeln!(stdout, "{}", render::tables(table, Style::Terminal))?;
+    }
+    writeln!(stdout, "{}", viewpoint_table(&scored.unseen, Style::Terminal))?;
+    Ok(())
+}
+
+fn viewpoint_table(unseen: &[Unseen], style: Style) -> String {
+    let trials: Vec<ViewpointTrial> =
+        unseen.iter().flat_map(|seed| seed.trials.iter().cloned().map(ViewpointTrial::from)).collect();
+    render::viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style)
+}
+
+impl Scored {
+    /// The model's likelihood against the azimuth's offset, mean over seeds.
+    pub fn likelihood(&self) -> Vec<(f64, f64)> {
+        let Some(first) = self.unseen.first() else { return Vec::new() };
+        let n = self.unseen.len() as f64;
+        let mean = |i: usize| self.unseen.iter().map(|seed| seed.likelihood[i].1).sum::<f64>() / n;
+        first.likelihood.iter().enumerate().map(|(i, (offset, _))| (*offset, mean(i))).collect()
+    }
+}

@@ -1,0 +1,93 @@
+//! Answers and truth -> the tables of a scene.
+
+use crate::exit::BenchError;
+use crate::metric::Metric;
+use crate::pipeline::{Answer, EpisodeFolder, LATENTS, PIXELS, Unseen};
+use crate::score::ate::{ate, ate_umeyama};
+use crate::score::heading::heading_error;
+use crate::score::object::object_errors;
+use crate::score::pairs::Pairs;
+use crate::score::rpe::rpe;
+use crate::table::{Outcome, Run, Table};
+use std::collections::BTreeMap;
+use vantage_dataset::store::{read_observations, read_truth};
+use vantage_dataset::{Seed, Truth};
+use vantage_slam::Row;
+
+const TRAJECTORY: [Metric; 7] = [
+    Metric::Ate,
+    Metric::AteUmeyama,
+    Metric::Heading,
+    Metric::RpeTranslation,
+    Metric::RpeRotation,
+    Metric::ObjectCenter,
+    Metric::ObjectOrientation,
+];
+const LATENT: [Metric; 7] = [
+    Metric::Ari,
+    Metric::Nmi,
+    Metric::VMeasure,
+    Metric::RecallAt1,
+    Metric::RecallAt1AcrossLight,
+    Metric::ViewpointMedian,
+    Metric::ViewpointRight,
+];
+
+/// The tables, and what they are of.
+pub struct Tables {
+    /// `trajectory` and `latents`.
+    pub tables: Vec<Table>,
+    /// Detections in all episodes.
+    pub detections: usize,
+}
+
+/// Scores every answer against the truth of its episode.
+pub fn tables(
+    rows: &[Row],
+    seeds: &[Seed],
+    episodes: &[(Seed, Result<EpisodeFolder, String>)],
+    answers: &[(Seed, Vec<Answer>)],
+    unseen: &[Unseen],
+) -> Result<Tables, BenchError> {
+    let mut runs = Vec::new();
+    let mut detections = 0;
+    for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
+        let truth = match episode {
+            Ok(episode) => {
+                detections += read_observations(&episode.folder)?.detections.len();
+                Some(read_truth(&episode.folder)?)
+            }
+            Err(_) => None,
+        };
+        for answer in answers {
+            runs.push(run(*seed, answer, truth.as_ref())?);
+        }
+    }
+    let methods: Vec<&str> = rows.iter().map(|row| row.name()).collect();
+    let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
+    let trajectory = Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?;
+    let of_latents = unseen.iter().flat_map(|seed| seed.runs.clone()).collect();
+    let latents = Table::new("latents", &[LATENTS, PIXELS], Some(PIXELS), &LATENT, seeds, of_latents)?;
+    Ok(Tables { tables: vec![trajectory, latents], detections })
+}
+
+fn run(seed: Seed, answer: &Answer, truth: Option<&Truth>) -> Result<Run, BenchError> {
+    let mut scores = BTreeMap::new();
+    if let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) {
+        let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
+        let objects = object_errors(&pairs, &truth.objects, &answer.scored_objects(truth.objects.len()));
+        let relative = rpe(&pairs);
+        let values = [
+            ate(&pairs),
+            ate_umeyama(&pairs),
+            heading_error(&pairs),
+            relative.translation,
+            relative.rotation,
+            objects.center,
+            objects.orientation,
+        ];
+        scores
+            .extend(TRAJECTORY.into_iter().zip(values).filter_map(|(metric, value)| Some((metric, value?))));
+    }
+    Ok(Run { method: answer.row.name().to_owned(), seed, outcome: answer.outcome.clone(), scores })
+}

@@ -1,0 +1,106 @@
+//! Stage `episode`: what a robot observes under each seed.
+
+use super::Pipeline;
+use crate::exit::BenchError;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use vantage_dataset::store::{Key, read_manifest, write_episode};
+use vantage_dataset::{Seed, Split};
+use vantage_sim::error::SimError;
+use vantage_sim::render::RendererInfo;
+use vantage_sim::scene::{RobotSpec, SensorSpec, WorldSpec};
+use vantage_sim::simulate;
+
+/// Raised when the simulator's episodes change for equal inputs.
+const VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Inputs<'a> {
+    version: u32,
+    world: &'a WorldSpec,
+    robot: &'a RobotSpec,
+    sensors: &'a SensorSpec,
+    seed: Seed,
+    split: Split,
+    renderer: &'a RendererInfo,
+}
+
+/// A stored episode.
+#[derive(Clone, Debug)]
+pub struct EpisodeFolder {
+    /// Its seed.
+    pub seed: Seed,
+    /// Where it is.
+    pub folder: PathBuf,
+    /// What identifies it.
+    pub seal: String,
+}
+
+/// The episodes of all seeds, with objects of a split, in the order of the seeds.
+///
+/// A world that does not stand (an object that will not settle, say) is the answer for its seed and stays in every
+/// denominator; only where no seed has a world at all is it an error.
+pub fn episodes(
+    pipeline: &Pipeline,
+    seeds: &[Seed],
+    split: Split,
+) -> Result<Vec<(Seed, Result<EpisodeFolder, String>)>, BenchError> {
+    let stage = pipeline.progress.stage("episodes", seeds.len() as u64);
+    let mut made = Vec::with_capacity(seeds.len());
+    let mut failure = None;
+    for &seed in seeds {
+        let episode = match episode(pipeline, seed, split) {
+            Ok(episode) => Ok(episode),
+            Err(BenchError::Sim(error)) if concerns_one_seed(&error) => {
+                let reason = error.to_string();
+                failure = Some(error);
+                Err(reason)
+            }
+            Err(error) => return Err(error),
+        };
+        made.push((seed, episode));
+        stage.advance(1);
+    }
+    match failure {
+        Some(error) if made.iter().all(|(_, episode)| episode.is_err()) => Err(error.into()),
+        _ => Ok(made),
+    }
+}
+
+fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolder, BenchError> {
+    let scene = &pipeline.scene;
+    let inputs = Inputs {
+        version: VERSION,
+        world: scene.world(),
+        robot: scene.robot(),
+        sensors: scene.sensors(),
+        seed,
+        split,
+        renderer: &pipeline.renderer_info,
+    };
+    let entry = pipeline.stored(&Key::new("episode", &inputs)?, |folder| {
+        let mut renderer = pipeline.renderer.borrow_mut();
+        let episode = simulate(scene, seed, split, renderer.as_mut(), &mut |_| {})?;
+        let provenance = BTreeMap::from([
+            ("scene".to_owned(), pipeline.file.name.clone().into()),
+            ("renderer".to_owned(), serde_json::to_value(&pipeline.renderer_info)?),
+        ]);
+        write_episode(folder, &episode, provenance)?;
+        Ok(())
+    })?;
+    let seal = read_manifest(&entry.folder)?.seal;
+    Ok(EpisodeFolder { seed, folder: entry.folder, seal })
+}
+
+/// Whether another seed may do better.
+fn concerns_one_seed(error: &SimError) -> bool {
+    matches!(
+        error,
+        SimError::NothingFits { .. }
+            | SimError::DidNotSettle { .. }
+            | SimError::LeftTheWorld { .. }
+            | SimError::LeftThePath { .. }
+            | SimError::NonFinite { .. }
+    )
+}

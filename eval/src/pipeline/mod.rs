@@ -1,0 +1,107 @@
+//! The line that data walks, stage by stage: views -> model, episodes -> estimates -> scores.
+//!
+//! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
+//! simulates, trains and estimates nothing.
+
+mod episodes;
+mod estimates;
+mod model;
+mod observation_model;
+#[cfg(feature = "train")]
+mod training;
+mod unseen;
+mod views;
+
+pub use episodes::{EpisodeFolder, episodes};
+pub use estimates::{Answer, estimates};
+pub use model::{LoadedModel, model};
+pub use observation_model::TractModel;
+#[cfg(feature = "train")]
+pub use training::train;
+pub use unseen::{LATENTS, PIXELS, Unseen, UnseenTrial, unseen};
+pub use views::views;
+
+use crate::cli::RendererChoice;
+use crate::exit::BenchError;
+use crate::progress::Progress;
+use crate::scene_file::{self, SceneFile};
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use vantage_dataset::store::{Cache, Entry, Key, Origin};
+use vantage_sim::render::choice::{Opened, open};
+use vantage_sim::render::{Renderer, RendererInfo};
+use vantage_sim::scene::CheckedScene;
+
+/// Work of a killed run that nobody took up is removed after this time.
+const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 24 * 3600);
+
+/// A scene on its way through the stages.
+pub struct Pipeline {
+    /// The scene as read.
+    pub file: SceneFile,
+    /// Folder of the scene file: paths in it are relative to this.
+    pub folder: PathBuf,
+    /// Its simulated part.
+    pub scene: CheckedScene,
+    /// Hash of the whole scene.
+    pub scene_hash: String,
+    /// What renders.
+    pub renderer_info: RendererInfo,
+    /// Where progress is shown.
+    pub progress: Progress,
+    renderer: RefCell<Box<dyn Renderer>>,
+    cache: Cache,
+}
+
+impl Pipeline {
+    /// Reads and checks the scene, and opens the cache and the renderer.
+    pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, BenchError> {
+        let file: SceneFile = scene_file::read(path)?;
+        let scene = file.checked()?;
+        let progress = Progress::detect();
+        let Opened { renderer, notice } = open(choice.into())?;
+        if let Some(notice) = notice {
+            progress.note(&notice);
+        }
+        let waiting = progress.clone();
+        let cache = Cache::open(cache)?.on_wait(move |holder| waiting.note(&holder.to_string()));
+        cache.remove_abandoned_work(ABANDONED_AFTER)?;
+        Ok(Self {
+            scene_hash: scene_file::hash(&file)?,
+            folder: path.parent().unwrap_or(Path::new(".")).to_owned(),
+            file,
+            scene,
+            renderer_info: renderer.info(),
+            renderer: RefCell::new(renderer),
+            progress,
+            cache,
+        })
+    }
+
+    fn stored(
+        &self,
+        key: &Key,
+        build: impl FnOnce(&Path) -> Result<(), BenchError>,
+    ) -> Result<Entry, BenchError> {
+        stored(&self.cache, &self.progress, key, build)
+    }
+}
+
+/// The entry of a key, built where the cache has none; a damaged one is set aside and told of.
+fn stored(
+    cache: &Cache,
+    progress: &Progress,
+    key: &Key,
+    build: impl FnOnce(&Path) -> Result<(), BenchError>,
+) -> Result<Entry, BenchError> {
+    let entry = cache.get_or_build(key, build)?;
+    if let Origin::Rebuilt { damage, quarantined } = &entry.origin {
+        progress.note(&format!(
+            "warning: the cached {} was damaged ({damage}); it was moved to {} and made anew",
+            key.stage(),
+            quarantined.display()
+        ));
+    }
+    Ok(entry)
+}

@@ -1,0 +1,66 @@
+//! Stage `model`: the scene's committed model, one that the user names, or one trained here.
+
+use super::{Pipeline, TractModel};
+use crate::exit::BenchError;
+use crate::scene_file;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use vantage_dataset::InstanceId;
+use vantage_learn::ViewpointModel;
+
+/// File in a model's folder that lists the instances it was trained or calibrated on, so that none of them is scored.
+pub const TRAINING_INSTANCES: &str = "training_instances.txt";
+
+/// A model ready for the estimator.
+pub struct LoadedModel {
+    /// The model.
+    pub model: TractModel,
+    /// Its folder.
+    pub folder: PathBuf,
+    /// What identifies it.
+    pub hash: String,
+    /// Instances it has seen.
+    pub seen: BTreeSet<InstanceId>,
+}
+
+/// Loads the model in `folder`, or trains one where that is `None`.
+pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, BenchError> {
+    match folder {
+        Some(folder) => load(pipeline, folder),
+        #[cfg(feature = "train")]
+        None => load(pipeline, &super::training::trained(pipeline)?),
+        #[cfg(not(feature = "train"))]
+        None => Err(BenchError::CannotTrain),
+    }
+}
+
+fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
+    let model = ViewpointModel::load(folder)?;
+    let trained_under = &model.manifest().training.scene_hash;
+    if *trained_under != scene_file::hash(&pipeline.scene.view_conditions())? {
+        pipeline.progress.note(&format!(
+            "note: the model in {} was trained under other views than this scene's (families, light, camera or \
+             viewpoints differ); it is scored as it is",
+            folder.display()
+        ));
+    }
+    Ok(LoadedModel {
+        hash: model.hash().to_owned(),
+        seen: seen_instances(folder)?,
+        model: TractModel::new(model).map_err(vantage_slam::EstimateError::from)?,
+        folder: folder.to_owned(),
+    })
+}
+
+fn seen_instances(folder: &Path) -> Result<BTreeSet<InstanceId>, BenchError> {
+    let path = folder.join(TRAINING_INSTANCES);
+    let invalid = |reason: String| BenchError::TrainingInstances { path: path.clone(), reason };
+    let text = std::fs::read_to_string(&path).map_err(|error| invalid(error.to_string()))?;
+    text.lines()
+        .map(|line| {
+            u64::from_str_radix(line, 16)
+                .map(InstanceId)
+                .map_err(|_| invalid(format!("got {line:?}, expected 16 hexadecimal digits")))
+        })
+        .collect()
+}

@@ -1,0 +1,71 @@
+//! The seam between `learn` and `slam`: a trained model, run by tract, as the estimator's observation model.
+
+use nalgebra::DVector;
+use vantage_dataset::viewpoint::CONDITIONING;
+use vantage_dataset::{Crop, Viewpoint};
+use vantage_learn::ViewpointModel;
+use vantage_slam::{LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel};
+
+/// A model folder as p(z | e, x_rel) of Eq. 10.
+pub struct TractModel {
+    model: ViewpointModel,
+    noise: MeasurementNoise,
+}
+
+impl TractModel {
+    /// Wraps a loaded model.
+    pub fn new(model: ViewpointModel) -> Result<Self, ModelError> {
+        let residual = model.noise();
+        let noise = MeasurementNoise::new(residual.sqrt_information(), residual.degrees_of_freedom, 1.0)?;
+        Ok(Self { model, noise })
+    }
+
+    /// The model itself.
+    pub fn inner(&self) -> &ViewpointModel {
+        &self.model
+    }
+}
+
+fn runtime(error: vantage_learn::ModelError) -> ModelError {
+    ModelError::Runtime { message: error.to_string() }
+}
+
+impl ObservationModel for TractModel {
+    fn latent_dim(&self) -> usize {
+        self.model.latent().dimension()
+    }
+
+    fn measurement_dim(&self) -> usize {
+        self.model.measurement_dim()
+    }
+
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
+        self.model.measure(crop).map_err(runtime)
+    }
+
+    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError> {
+        let view = self.model.encode(crop, viewpoint).map_err(runtime)?;
+        Ok(LatentGaussian { mean: view.mean, variance: view.variance })
+    }
+
+    fn predict(
+        &self,
+        latent: &DVector<f64>,
+        conditioning: &[f64; CONDITIONING],
+    ) -> Result<DVector<f64>, ModelError> {
+        self.model.predict(latent, conditioning).map_err(runtime)
+    }
+
+    fn linearize(
+        &self,
+        latent: &DVector<f64>,
+        conditioning: &[f64; CONDITIONING],
+    ) -> Result<Linearization, ModelError> {
+        let at = self.model.linearize(latent, conditioning).map_err(runtime)?;
+        Ok(Linearization { mean: at.measurement, d_latent: at.d_latent, d_conditioning: at.d_conditioning })
+    }
+
+    fn noise(&self) -> &MeasurementNoise {
+        &self.noise
+    }
+}

@@ -1,0 +1,87 @@
+//! Training as a stage: views in, model folder out.
+
+use super::model::TRAINING_INSTANCES;
+use super::{Pipeline, views};
+use crate::exit::BenchError;
+use crate::output::OutputError;
+use crate::progress::Stage;
+use crate::scene_file;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use vantage_dataset::store::Key;
+use vantage_dataset::{InstanceId, Split};
+use vantage_learn::Progress;
+
+/// The folder of the scene's model, trained where the cache has none.
+pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
+    let conditions = pipeline.scene.view_conditions();
+    let training = &pipeline.file.training;
+    let inputs = (&conditions, training.seed, &training.model, &pipeline.renderer_info);
+    Ok(pipeline.stored(&Key::new("model", &inputs)?, |work| train(pipeline, work))?.folder)
+}
+
+/// Trains the scene's model into `folder`, from where an interrupted training left it.
+pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
+    let spec = &pipeline.file.training;
+    let (training, _) = views(pipeline, Split::Train, spec.seed)?;
+    let (validation, _) = views(pipeline, Split::Validation, spec.seed)?;
+    let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;
+    let mut shown = Shown { pipeline, stage: None };
+    vantage_learn::train(
+        &training,
+        &validation,
+        &spec.model,
+        spec.seed,
+        &conditions,
+        folder,
+        &mut |event| {
+            shown.tell(event);
+            ControlFlow::Continue(())
+        },
+    )?;
+    let mut list = String::new();
+    let seen: BTreeSet<InstanceId> =
+        training.instances.iter().chain(&validation.instances).map(|instance| instance.id).collect();
+    for id in seen {
+        // Writing to a string cannot fail.
+        let _ = writeln!(list, "{:016x}", id.0);
+    }
+    let path = folder.join(TRAINING_INSTANCES);
+    std::fs::write(&path, list).map_err(|source| OutputError { path, source })?;
+    Ok(())
+}
+
+/// The training's own progress as ours.
+struct Shown<'a> {
+    pipeline: &'a Pipeline,
+    stage: Option<(vantage_learn::Stage, Stage, usize)>,
+}
+
+impl Shown<'_> {
+    fn tell(&mut self, event: &Progress) {
+        match event {
+            Progress::Step { stage, step, steps, .. } => {
+                if self.stage.as_ref().is_none_or(|(shown, ..)| shown != stage) {
+                    let fresh = self.pipeline.progress.stage(&format!("train {stage}"), *steps as u64);
+                    self.stage = Some((*stage, fresh, 0));
+                }
+                if let Some((_, shown, done)) = &mut self.stage {
+                    shown.advance(step.saturating_sub(*done) as u64);
+                    *done = *step;
+                }
+            }
+            Progress::Resumed { stage, step } => {
+                self.pipeline.progress.note(&format!("training goes on at step {step} of stage {stage}"));
+            }
+            Progress::SetAside { path, reason } => {
+                self.pipeline.progress.note(&format!(
+                    "warning: the training's checkpoint cannot be used ({reason}); it was moved to {}",
+                    path.display()
+                ));
+            }
+            _ => self.stage = None,
+        }
+    }
+}

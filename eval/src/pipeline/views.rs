@@ -1,0 +1,57 @@
+//! Stage `views`: single objects from known viewpoints.
+
+use super::Pipeline;
+use crate::exit::BenchError;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use vantage_dataset::store::{Key, read_manifest, read_views, write_views};
+use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_sim::render::RendererInfo;
+use vantage_sim::scene::ViewConditions;
+use vantage_sim::views::training_views;
+
+/// Raised when the simulator's views change for equal inputs.
+const VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Inputs<'a> {
+    version: u32,
+    conditions: &'a ViewConditions,
+    split: Split,
+    instances: usize,
+    seed: Seed,
+    renderer: &'a RendererInfo,
+}
+
+/// The views of a split under a seed, and the seal that identifies them.
+pub fn views(pipeline: &Pipeline, split: Split, seed: Seed) -> Result<(ViewSet, String), BenchError> {
+    let conditions = pipeline.scene.view_conditions();
+    let instances = conditions.views.instances(split);
+    let inputs = Inputs {
+        version: VERSION,
+        conditions: &conditions,
+        split,
+        instances,
+        seed,
+        renderer: &pipeline.renderer_info,
+    };
+    let entry = pipeline.stored(&Key::new("views", &inputs)?, |folder| {
+        let stage = pipeline.progress.stage(&format!("{} views", split.name()), instances as u64);
+        let mut done = 0;
+        let set = training_views(
+            &conditions,
+            split,
+            instances,
+            seed,
+            pipeline.renderer.borrow_mut().as_mut(),
+            &mut |progress| {
+                stage.advance(progress.done - done);
+                done = progress.done;
+            },
+        )?;
+        let provenance = BTreeMap::from([("seed".to_owned(), seed.0.into())]);
+        write_views(folder, &set, provenance)?;
+        Ok(())
+    })?;
+    Ok((read_views(&entry.folder)?, read_manifest(&entry.folder)?.seal))
+}

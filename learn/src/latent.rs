@@ -1,0 +1,144 @@
+//! The steerable latent `e`: which of its numbers turn with the viewpoint, and views fused into one.
+
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+use vantage_dataset::viewpoint::HARMONICS;
+
+/// How a latent is laid out: `[invariant | first of each pair | second of each pair]`.
+///
+/// The invariant part looks the same from every azimuth. Pair `p` belongs to harmonic
+/// `m = p / pairs_per_harmonic + 1` and turns by `m * azimuth`: an object seen from azimuth `a` has, in the
+/// camera's yaw frame, each pair turned by `-m a`. Turning is orthogonal, so that the standard normal prior
+/// of Eq. 12 stays what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LatentLayout {
+    /// Numbers that do not turn.
+    pub invariant: usize,
+    /// Pairs of each harmonic `m = 1..=HARMONICS`.
+    pub pairs_per_harmonic: usize,
+}
+
+impl LatentLayout {
+    /// The smallest latent with one pair of each harmonic and something that does not turn.
+    pub const SMALLEST: usize = 2 * HARMONICS + 1;
+
+    /// The layout of a latent of `dimension` numbers, about a fifth of which do not turn (28 of 128).
+    ///
+    /// `None` below [`LatentLayout::SMALLEST`].
+    pub fn with_dimension(dimension: usize) -> Option<Self> {
+        let pairs_per_harmonic = (dimension / 12).max(1);
+        let invariant = dimension.checked_sub(2 * HARMONICS * pairs_per_harmonic)?;
+        (invariant > 0).then_some(Self { invariant, pairs_per_harmonic })
+    }
+
+    /// Number of pairs.
+    pub fn pairs(&self) -> usize {
+        HARMONICS * self.pairs_per_harmonic
+    }
+
+    /// Numbers in a latent.
+    pub fn dimension(&self) -> usize {
+        self.invariant + 2 * self.pairs()
+    }
+
+    /// The harmonic `m` of a pair.
+    pub fn harmonic(&self, pair: usize) -> usize {
+        pair / self.pairs_per_harmonic + 1
+    }
+
+    /// The latent of the object turned by `-angle` about its z axis, so that
+    /// [`Viewpoint::turned`](vantage_dataset::Viewpoint::turned) by `angle` sees it as before.
+    ///
+    /// # Panics
+    /// If `latent` is not of this layout's dimension.
+    pub fn turned(&self, latent: &DVector<f64>, angle: f64) -> DVector<f64> {
+        assert_eq!(latent.len(), self.dimension(), "a latent of another layout");
+        let mut turned = latent.clone();
+        for pair in 0..self.pairs() {
+            let (s, c) = libm::sincos(self.harmonic(pair) as f64 * angle);
+            let (x, y) = (self.invariant + pair, self.invariant + self.pairs() + pair);
+            turned[x] = c * latent[x] - s * latent[y];
+            turned[y] = s * latent[x] + c * latent[y];
+        }
+        turned
+    }
+}
+
+/// What one view, or several, say about a latent: a Gaussian of independent numbers.
+///
+/// An encoder's Gaussian is a *factor*, not yet a posterior: [`LatentGaussian::posterior`] multiplies such
+/// factors with the prior. The two numbers of a pair share a variance, so that turning keeps them independent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LatentGaussian {
+    /// Mean, in the object's frame.
+    pub mean: DVector<f64>,
+    /// Variance of each number, positive.
+    pub variance: DVector<f64>,
+}
+
+impl LatentGaussian {
+    /// `q(e | z_1..z_n, x_1..x_n)`: the product of the views' factors and the prior `N(0, I)`.
+    ///
+    /// Without views this is the prior.
+    pub fn posterior(dimension: usize, views: &[LatentGaussian]) -> Self {
+        let mut precision = DVector::from_element(dimension, 1.0);
+        let mut weighted = DVector::zeros(dimension);
+        for view in views {
+            let information = view.variance.map(f64::recip);
+            weighted += view.mean.component_mul(&information);
+            precision += information;
+        }
+        Self { mean: weighted.component_div(&precision), variance: precision.map(f64::recip) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn latent(layout: LatentLayout) -> DVector<f64> {
+        DVector::from_fn(layout.dimension(), |i, _| (i as f64 * 0.7).sin())
+    }
+
+    #[test]
+    fn the_default_latent_has_28_invariant_numbers_and_ten_pairs_a_harmonic() {
+        let layout = LatentLayout::with_dimension(128).unwrap();
+        assert_eq!(layout, LatentLayout { invariant: 28, pairs_per_harmonic: 10 });
+        assert_eq!(layout.harmonic(0), 1);
+        assert_eq!(layout.harmonic(49), 5);
+        for dimension in LatentLayout::SMALLEST..200 {
+            assert_eq!(LatentLayout::with_dimension(dimension).unwrap().dimension(), dimension);
+        }
+        assert_eq!(LatentLayout::with_dimension(LatentLayout::SMALLEST - 1), None);
+    }
+
+    #[test]
+    fn turning_is_orthogonal_and_adds_up() {
+        let layout = LatentLayout::with_dimension(40).unwrap();
+        let e = latent(layout);
+        let turned = layout.turned(&e, 0.8);
+        assert_relative_eq!(turned.norm(), e.norm(), epsilon = 1e-12);
+        assert!((&turned - &e).norm() > 0.1);
+        assert_relative_eq!(layout.turned(&turned, -0.8), e, epsilon = 1e-12);
+        assert_relative_eq!(layout.turned(&turned, 0.5), layout.turned(&e, 1.3), epsilon = 1e-12);
+        assert_relative_eq!(layout.turned(&e, 2.0 * std::f64::consts::PI), e, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn a_posterior_without_views_is_the_prior_and_views_narrow_it() {
+        let prior = LatentGaussian::posterior(3, &[]);
+        assert_eq!(prior.mean, DVector::zeros(3));
+        assert_eq!(prior.variance, DVector::from_element(3, 1.0));
+        let view = LatentGaussian {
+            mean: DVector::from_vec(vec![2.0, -1.0, 0.0]),
+            variance: DVector::from_vec(vec![1.0, 0.5, 4.0]),
+        };
+        let one = LatentGaussian::posterior(3, std::slice::from_ref(&view));
+        assert_relative_eq!(one.mean[0], 1.0, epsilon = 1e-12);
+        assert_relative_eq!(one.variance[1], 1.0 / 3.0, epsilon = 1e-12);
+        let two = LatentGaussian::posterior(3, &[view.clone(), view]);
+        assert!(two.variance.iter().zip(one.variance.iter()).all(|(two, one)| two < one));
+    }
+}

@@ -1,0 +1,113 @@
+//! What can be wrong with an ONNX file.
+
+use super::{OPERATORS, OPSET};
+
+/// Why an ONNX file is refused, or its run failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GraphError {
+    /// Not a protobuf of the ONNX schema, or cut short.
+    #[error("not an ONNX model, or cut short ({bytes} bytes): {reason}")]
+    Malformed {
+        /// Size of the file.
+        bytes: usize,
+        /// The decoder's message.
+        reason: String,
+    },
+    /// Another operator set.
+    #[error("operator set {got:?}, expected {OPSET} of the default domain alone; export with opset {OPSET}")]
+    Opset {
+        /// Domain and version of each import.
+        got: Vec<(String, i64)>,
+    },
+    /// A feature of ONNX that no model needs here.
+    #[error("{what} is not supported; export plain nodes with their weights in the file")]
+    Unsupported {
+        /// The feature and where it stands.
+        what: String,
+    },
+    /// Weights outside the file.
+    #[error(
+        "weight {tensor:?} lies in an external file, which is never read; save the model with its weights inside"
+    )]
+    ExternalData {
+        /// Name of the weight.
+        tensor: String,
+    },
+    /// An operator outside the list.
+    #[error("node {node:?} uses operator {operator:?}, expected one of {OPERATORS:?}")]
+    Operator {
+        /// Name of the node.
+        node: String,
+        /// Its operator, with its domain where it is not the default one.
+        operator: String,
+    },
+    /// Nodes that do not hang together.
+    #[error("tensor {tensor:?} {fault}")]
+    Wiring {
+        /// Its name.
+        tensor: String,
+        /// What is wrong.
+        fault: &'static str,
+    },
+    /// Inputs or outputs other than expected.
+    #[error("{side} are {got}, expected {expected}")]
+    Signature {
+        /// "inputs" or "outputs".
+        side: &'static str,
+        /// What the file holds.
+        got: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// A weight whose data does not fill its shape.
+    #[error("weight {tensor:?} of shape {shape:?} holds {got} bytes, expected {expected}")]
+    WeightSize {
+        /// Name of the weight.
+        tensor: String,
+        /// Its shape.
+        shape: Vec<i64>,
+        /// Bytes of raw data.
+        got: usize,
+        /// Bytes the shape needs.
+        expected: usize,
+    },
+    /// A weight that is NaN or infinite.
+    #[error("weight {tensor:?} is {value} at {index}; the training diverged or the file is damaged")]
+    NonFiniteWeight {
+        /// Name of the weight.
+        tensor: String,
+        /// Index into its data.
+        index: usize,
+        /// The value.
+        value: f32,
+    },
+    /// The runtime does not take the graph.
+    #[error("tract refuses the graph: {reason}")]
+    Refused {
+        /// Its message.
+        reason: String,
+    },
+    /// An input of the wrong length.
+    #[error("input {input:?} has {got} numbers, expected {expected}")]
+    Input {
+        /// Name of the input.
+        input: String,
+        /// Length given.
+        got: usize,
+        /// Length expected.
+        expected: usize,
+    },
+    /// An input that is NaN, infinite or absurdly large.
+    #[error("input {input:?} is not finite, or beyond 1e6; drop the measurement")]
+    InputRange {
+        /// Name of the input.
+        input: String,
+    },
+    /// An output that is NaN or infinite.
+    #[error("output {output:?} is not finite; drop the measurement")]
+    NonFiniteOutput {
+        /// Name of the output.
+        output: String,
+    },
+}

@@ -1,0 +1,89 @@
+//! A checked ONNX graph, ready to run on one input at a time.
+
+use super::Signature;
+use super::check::checked_model;
+use super::error::GraphError;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use tract_onnx::prelude::*;
+
+/// Largest magnitude of an input. Far beyond all that a model is trained on; where sums overflow, tract's ReLU
+/// turns NaN into 0, and a bad input would come out as a good output.
+const LARGEST_INPUT: f32 = 1e6;
+
+/// A graph of fixed shapes, optimised by tract.
+pub(crate) struct Graph {
+    plan: Arc<TypedRunnableModel>,
+    signature: Signature,
+}
+
+impl Graph {
+    /// Checks and prepares a graph of the given signature.
+    pub(crate) fn from_bytes(bytes: &[u8], signature: &Signature) -> Result<Self, GraphError> {
+        let model = checked_model(bytes, signature)?;
+        let prepare = || -> TractResult<_> {
+            tract_onnx::onnx().model_for_proto_model(&model)?.into_optimized()?.into_runnable()
+        };
+        let refused = |reason: String| GraphError::Refused { reason };
+        let plan = contained(prepare).map_err(refused)?;
+        let graph = Self { plan, signature: signature.clone() };
+        graph.check_shapes()?;
+        Ok(graph)
+    }
+
+    /// What goes in and comes out.
+    pub(crate) fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    /// Runs the graph: one slice an input, one vector an output, row-major; outputs are finite.
+    pub(crate) fn run(&self, inputs: &[&[f32]]) -> Result<Vec<Vec<f32>>, GraphError> {
+        let mut values = tvec!();
+        for (spec, &data) in self.signature.inputs.iter().zip(inputs) {
+            if !data.iter().all(|number| number.abs() <= LARGEST_INPUT) {
+                return Err(GraphError::InputRange { input: spec.name.clone() });
+            }
+            let tensor = Tensor::from_shape(&spec.shape, data).map_err(|_| GraphError::Input {
+                input: spec.name.clone(),
+                got: data.len(),
+                expected: spec.volume(),
+            })?;
+            values.push(tensor.into_tvalue());
+        }
+        let outputs = contained(|| self.plan.run(values)).map_err(|reason| GraphError::Refused { reason })?;
+        let mut results = Vec::with_capacity(outputs.len());
+        for (spec, value) in self.signature.outputs.iter().zip(outputs.iter()) {
+            let view = value.to_plain_array_view::<f32>();
+            let view = view.map_err(|error| GraphError::Refused { reason: error.to_string() })?;
+            let numbers: Vec<f32> = view.iter().copied().collect();
+            if !numbers.iter().all(|number| number.is_finite()) {
+                return Err(GraphError::NonFiniteOutput { output: spec.name.clone() });
+            }
+            results.push(numbers);
+        }
+        Ok(results)
+    }
+
+    /// The shapes tract infers must be the declared ones, which the check alone cannot know.
+    fn check_shapes(&self) -> Result<(), GraphError> {
+        for (index, spec) in self.signature.outputs.iter().enumerate() {
+            let fact = self.plan.model().output_fact(index);
+            let fact = fact.map_err(|error| GraphError::Refused { reason: error.to_string() })?;
+            if fact.shape.as_concrete() != Some(&spec.shape) || fact.datum_type != f32::datum_type() {
+                return Err(GraphError::Signature {
+                    side: "computed outputs",
+                    got: format!("{:?} {fact:?}", spec.name),
+                    expected: format!("{:?} FLOAT {:?}", spec.name, spec.shape),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The last wall before a runtime that was written for models one trusts.
+fn contained<T>(work: impl FnOnce() -> TractResult<T>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(result) => result.map_err(|error| format!("{error:#}")),
+        Err(_) => Err("it panicked".into()),
+    }
+}

@@ -1,0 +1,183 @@
+//! The noise of the reduced measurement: a multivariate Student t on `r = m(z) - m(e, x_rel)`.
+//!
+//! Residuals of a learned model are correlated between their numbers and heavy-tailed; as independent
+//! Gaussians they claim far too much.
+
+use nalgebra::{Cholesky, DMatrix};
+use serde::{Deserialize, Serialize};
+
+/// Least residuals for each dimension that a fit takes.
+pub const RESIDUALS_PER_DIMENSION: usize = 4;
+
+const DEGREES: (f64, f64) = (1.0, 200.0);
+const ROUNDS: usize = 200;
+const CONVERGED: f64 = 1e-9;
+/// Of the mean variance; keeps the scale matrix invertible where a number never varies.
+const FLOOR: f64 = 1e-6;
+
+/// A Student t over residuals: `p(r) ~ (1 + |R r|^2 / nu)^(-(nu + d) / 2)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResidualNoise {
+    /// `nu`, between 1 (Cauchy) and 200 (all but Gaussian).
+    pub degrees_of_freedom: f64,
+    /// `R`, upper triangular, row by row: `R^T R` is the inverse of the scale matrix.
+    pub sqrt_information: Vec<Vec<f64>>,
+    /// Residuals it was fitted to.
+    pub residuals: usize,
+}
+
+impl ResidualNoise {
+    /// The maximum-likelihood scale matrix and degrees of freedom of zero-mean residuals, `[n, d]`.
+    ///
+    /// Expectation maximisation for the scale, a line search on the likelihood itself for the degrees of
+    /// freedom (ECME, Liu and Rubin 1995). `None` with fewer than [`RESIDUALS_PER_DIMENSION`] `* d` residuals,
+    /// or where they are not finite.
+    pub fn fit(residuals: &DMatrix<f64>) -> Option<Self> {
+        let (n, d) = residuals.shape();
+        if n < RESIDUALS_PER_DIMENSION * d || residuals.iter().any(|r| !r.is_finite()) {
+            return None;
+        }
+        let floor = FLOOR * residuals.norm_squared() / (n * d) as f64 + f64::MIN_POSITIVE;
+        let floored = |scale: DMatrix<f64>| scale + DMatrix::identity(d, d) * floor;
+        let mut degrees = 8.0;
+        let mut factor = Cholesky::new(floored(residuals.tr_mul(residuals) / n as f64))?;
+        let mut likelihood = f64::NEG_INFINITY;
+        for _ in 0..ROUNDS {
+            let distances = squared_distances(&factor, residuals);
+            degrees = most_likely_degrees(&distances, d);
+            let log_determinant = factor.l_dirty().diagonal().map(f64::ln).sum() * 2.0;
+            let reached = log_likelihood(&distances, d, degrees) - 0.5 * n as f64 * log_determinant;
+            if reached - likelihood < CONVERGED * n as f64 {
+                break;
+            }
+            likelihood = reached;
+            let mut weighted = residuals.clone();
+            for (mut row, distance) in weighted.row_iter_mut().zip(&distances) {
+                row *= (degrees + d as f64) / (degrees + distance);
+            }
+            factor = Cholesky::new(floored(residuals.tr_mul(&weighted) / n as f64))?;
+        }
+        let information = Cholesky::new(factor.inverse())?;
+        let upper = information.l().transpose();
+        Some(Self {
+            degrees_of_freedom: degrees,
+            sqrt_information: upper.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            residuals: n,
+        })
+    }
+
+    /// Numbers of a residual.
+    pub fn dimension(&self) -> usize {
+        self.sqrt_information.len()
+    }
+
+    /// `R` as a matrix.
+    pub fn sqrt_information(&self) -> DMatrix<f64> {
+        let d = self.dimension();
+        DMatrix::from_fn(d, d, |row, column| self.sqrt_information[row][column])
+    }
+
+    /// What is wrong with it as noise of `dimension` numbers, if anything.
+    pub(crate) fn fault(&self, dimension: usize) -> Option<String> {
+        if self.sqrt_information.len() != dimension
+            || self.sqrt_information.iter().any(|row| row.len() != dimension)
+        {
+            return Some(format!("sqrt_information is not {dimension} x {dimension}"));
+        }
+        let finite = self.sqrt_information.iter().flatten().all(|r| r.is_finite());
+        let regular = (0..dimension).all(|i| self.sqrt_information[i][i] > 0.0);
+        if !finite || !regular {
+            return Some("sqrt_information is not finite with a positive diagonal".into());
+        }
+        (!(DEGREES.0..=DEGREES.1).contains(&self.degrees_of_freedom))
+            .then(|| format!("degrees_of_freedom {} is not within {:?}", self.degrees_of_freedom, DEGREES))
+    }
+}
+
+/// `r^T S^-1 r` of each row.
+fn squared_distances(factor: &Cholesky<f64, nalgebra::Dyn>, residuals: &DMatrix<f64>) -> Vec<f64> {
+    let mut columns = residuals.transpose();
+    factor.l_dirty().solve_lower_triangular_mut(&mut columns);
+    columns.column_iter().map(|column: nalgebra::DVectorView<f64>| column.norm_squared()).collect()
+}
+
+/// Log likelihood but for the determinant of the scale.
+fn log_likelihood(distances: &[f64], dimension: usize, degrees: f64) -> f64 {
+    let d = dimension as f64;
+    let constant = libm::lgamma((degrees + d) / 2.0)
+        - libm::lgamma(degrees / 2.0)
+        - d / 2.0 * (degrees * std::f64::consts::PI).ln();
+    distances.iter().map(|distance| constant - (degrees + d) / 2.0 * (distance / degrees).ln_1p()).sum()
+}
+
+/// Golden-section search over the logarithm of the degrees of freedom.
+fn most_likely_degrees(distances: &[f64], dimension: usize) -> f64 {
+    let shrink = (5f64.sqrt() - 1.0) / 2.0;
+    let value = |log: f64| log_likelihood(distances, dimension, log.exp());
+    let (mut low, mut high) = (DEGREES.0.ln(), DEGREES.1.ln());
+    for _ in 0..40 {
+        let (a, b) = (high - shrink * (high - low), low + shrink * (high - low));
+        if value(a) > value(b) { high = b } else { low = a }
+    }
+    (0.5 * (low + high)).exp().clamp(DEGREES.0, DEGREES.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+    use vantage_dataset::Seed;
+
+    /// `n` draws of a t with scale matrix `L L^T`.
+    fn draws(n: usize, degrees: usize, lower: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut stream = Seed(3).stream("residual", 0);
+        let mut residuals = DMatrix::zeros(n, lower.nrows());
+        for mut row in residuals.row_iter_mut() {
+            let normal = DVector::from_fn(lower.nrows(), |_, _| stream.normal());
+            let chi: f64 = (0..degrees).map(|_| stream.normal().powi(2)).sum();
+            row.copy_from(&(lower * normal / (chi / degrees as f64).sqrt()).transpose());
+        }
+        residuals
+    }
+
+    #[test]
+    fn a_fit_recovers_scale_and_degrees_of_freedom() {
+        let lower = DMatrix::from_row_slice(3, 3, &[2.0, 0.0, 0.0, 0.5, 1.0, 0.0, -0.3, 0.2, 0.1]);
+        let noise = ResidualNoise::fit(&draws(8000, 5, &lower)).unwrap();
+        assert!((noise.degrees_of_freedom - 5.0).abs() < 0.8, "{}", noise.degrees_of_freedom);
+        let whitened = noise.sqrt_information() * &lower;
+        let identity = &whitened * whitened.transpose();
+        assert!((identity - DMatrix::identity(3, 3)).norm() < 0.12, "{whitened}");
+        assert_eq!(noise.fault(3), None);
+    }
+
+    #[test]
+    fn gaussian_residuals_have_many_degrees_of_freedom() {
+        let mut stream = Seed(4).stream("residual", 1);
+        let residuals = DMatrix::from_fn(4000, 4, |_, _| stream.normal());
+        assert!(ResidualNoise::fit(&residuals).unwrap().degrees_of_freedom > 40.0);
+    }
+
+    #[test]
+    fn too_few_or_non_finite_residuals_are_refused_and_constant_ones_survive() {
+        let mut residuals = draws(16, 5, &DMatrix::identity(4, 4));
+        assert!(ResidualNoise::fit(&residuals).is_some());
+        assert!(ResidualNoise::fit(&residuals.rows(0, 15).into_owned()).is_none());
+        residuals.column_mut(2).fill(0.0);
+        assert_eq!(ResidualNoise::fit(&residuals).unwrap().fault(4), None);
+        residuals[(3, 1)] = f64::NAN;
+        assert!(ResidualNoise::fit(&residuals).is_none());
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let good = ResidualNoise::fit(&draws(40, 5, &DMatrix::identity(2, 2))).unwrap();
+        assert!(good.fault(3).unwrap().contains("3 x 3"));
+        let mut singular = good.clone();
+        singular.sqrt_information[1][1] = 0.0;
+        assert!(singular.fault(2).unwrap().contains("diagonal"));
+        let loose = ResidualNoise { degrees_of_freedom: 0.0, ..good };
+        assert!(loose.fault(2).unwrap().contains("degrees"));
+    }
+}

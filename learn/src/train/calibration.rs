@@ -1,0 +1,32 @@
+//! Stage 3: the noise of the measurement, on instances the networks have not seen.
+
+use super::error::TrainError;
+use super::predictions::Predictions;
+use super::views::{Views, numbers};
+use crate::residual::{RESIDUALS_PER_DIMENSION, ResidualNoise};
+use nalgebra::DMatrix;
+use vantage_dataset::Seed;
+
+/// Fits the noise of `m(z) - m(e, x)`: `e` from some views of an instance, the residuals from its others.
+pub(crate) fn calibrated(
+    predictions: &Predictions,
+    views: &Views,
+    context: usize,
+    seed: Seed,
+) -> Result<ResidualNoise, TrainError> {
+    let mut residuals = Vec::new();
+    for (index, of_instance) in views.by_instance.iter().enumerate() {
+        let mut order = of_instance.clone();
+        seed.stream("calibration", index as u64).shuffle(&mut order);
+        let (encoded, others) = order.split_at(context.min(order.len() / 2));
+        let latent = predictions.posterior(encoded).mean;
+        let (expected, _) = predictions.decode(&latent, others);
+        let measured = numbers(predictions.features.measurement(others, predictions.device));
+        residuals.extend(measured.iter().zip(&expected).map(|(m, e)| f64::from(*m) - f64::from(*e)));
+    }
+    let dimension = predictions.architecture.measurement;
+    let got = residuals.len() / dimension;
+    let residuals = DMatrix::from_row_iterator(got, dimension, residuals);
+    let expected = RESIDUALS_PER_DIMENSION * dimension;
+    ResidualNoise::fit(&residuals).ok_or(TrainError::Calibration { got, dimension, expected })
+}

@@ -1,0 +1,124 @@
+//! A fixed basis of crops: their principal components, which the image head weighs.
+
+use super::weights::Dense;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use vantage_dataset::crop::CROP_BYTES;
+use vantage_dataset::{Crop, Seed, ViewSet};
+
+/// Crops the basis is fitted to, at most.
+const SAMPLE: usize = 4096;
+/// Directions tried beyond those kept, and rounds of power iteration (Halko, Martinsson and Tropp 2011).
+const SPARE: usize = 16;
+const ROUNDS: usize = 3;
+/// Crops in a product with the basis.
+const CHUNK: usize = 512;
+
+/// Mean crop, leading directions of variation and how far crops go along them; pixels in `[0, 1]`, `[3, 32, 32]`.
+pub(crate) struct Components {
+    mean: DVector<f32>,
+    /// Orthonormal columns, `[3072, components]`.
+    directions: DMatrix<f32>,
+    /// Standard deviation of the crops along each.
+    pub(crate) deviation: Vec<f32>,
+}
+
+impl Components {
+    /// Principal components by randomised subspace iteration.
+    pub(crate) fn fit(set: &ViewSet, components: usize, seed: Seed) -> Self {
+        let mut stream = seed.stream("components", 0);
+        let mut order: Vec<usize> = (0..set.views.len()).collect();
+        stream.shuffle(&mut order);
+        order.truncate(SAMPLE);
+        let mut pixels = matrix(order.iter().map(|&view| &set.views[view].crop));
+        let mean = pixels.column_mean();
+        pixels.column_iter_mut().for_each(|mut crop| crop -= &mean);
+        let count = pixels.ncols() as f32;
+
+        let crops = pixels.transpose();
+        let mut basis = DMatrix::from_fn(CROP_BYTES, components + SPARE, |_, _| stream.normal() as f32);
+        for _ in 0..=ROUNDS {
+            basis = (&pixels * (&crops * basis)).qr().q();
+        }
+        let projected = basis.transpose() * &pixels;
+        let eigen = SymmetricEigen::new(&projected * projected.transpose() / count);
+        let mut ranked: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+        ranked.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        ranked.truncate(components);
+        let largest = eigen.eigenvalues.max().max(f32::MIN_POSITIVE);
+        let deviation = |&rank: &usize| eigen.eigenvalues[rank].max(1e-8 * largest).sqrt();
+        Self {
+            mean,
+            deviation: ranked.iter().map(deviation).collect(),
+            directions: basis * eigen.eigenvectors.select_columns(&ranked),
+        }
+    }
+
+    /// Coefficients of all crops, of unit variance, `[views, components]`, row-major.
+    pub(crate) fn coefficients(&self, set: &ViewSet) -> Vec<f32> {
+        let mut rows = Vec::with_capacity(set.views.len() * self.deviation.len());
+        let along = self.directions.transpose();
+        for chunk in set.views.chunks(CHUNK) {
+            let mut pixels = matrix(chunk.iter().map(|view| &view.crop));
+            pixels.column_iter_mut().for_each(|mut crop| crop -= &self.mean);
+            let coefficients = &along * pixels;
+            for crop in coefficients.column_iter() {
+                rows.extend(crop.iter().zip(&self.deviation).map(|(value, deviation)| value / deviation));
+            }
+        }
+        rows
+    }
+
+    /// The layer from pixels to coefficients.
+    pub(crate) fn projection(&self) -> Dense {
+        let inverse = DVector::from_column_slice(&self.deviation).map(f32::recip);
+        let scaled = &self.directions * DMatrix::from_diagonal(&inverse);
+        let bias = -(scaled.transpose() * &self.mean);
+        Dense { weight: scaled.transpose().as_slice().to_vec(), bias: bias.as_slice().to_vec() }
+    }
+
+    /// The layer from coefficients to pixels.
+    pub(crate) fn layer(&self) -> Dense {
+        let scaled = &self.directions * DMatrix::from_diagonal(&DVector::from_column_slice(&self.deviation));
+        Dense { weight: scaled.as_slice().to_vec(), bias: self.mean.as_slice().to_vec() }
+    }
+}
+
+/// Crops as the columns of a matrix, `[3072, crops]`.
+fn matrix<'a>(crops: impl ExactSizeIterator<Item = &'a Crop>) -> DMatrix<f32> {
+    let count = crops.len();
+    DMatrix::from_iterator(CROP_BYTES, count, crops.flat_map(Crop::to_chw))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::synthetic;
+
+    #[test]
+    fn coefficients_have_unit_variance_and_rebuild_the_crops() {
+        let set = synthetic::views(vantage_dataset::Split::Train, 6, 20, 1);
+        let components = Components::fit(&set, 24, Seed(1));
+        let rows = components.coefficients(&set);
+        let layer = components.layer();
+        assert_eq!((layer.inputs(), layer.outputs()), (24, CROP_BYTES));
+        for column in [0, 5] {
+            let mean = rows.iter().skip(column).step_by(24).sum::<f32>() / 120.0;
+            let square = rows.iter().skip(column).step_by(24).map(|c| c * c).sum::<f32>() / 120.0;
+            assert!(mean.abs() < 1e-3 && (square - 1.0).abs() < 1e-2, "{mean} {square}");
+        }
+        let (mut error, mut total) = (0.0, 0.0);
+        for (view, row) in set.views.iter().zip(rows.chunks_exact(24)) {
+            for (pixel, value) in view.crop.to_chw().iter().enumerate() {
+                let rebuilt: f32 = layer.bias[pixel]
+                    + row
+                        .iter()
+                        .enumerate()
+                        .map(|(i, c)| c * layer.weight[i * CROP_BYTES + pixel])
+                        .sum::<f32>();
+                error += (rebuilt - value).powi(2);
+                total += (layer.bias[pixel] - value).powi(2);
+            }
+        }
+        assert!(error < 0.2 * total, "{error} of {total}");
+    }
+}

@@ -1,0 +1,281 @@
+//! The trunk's convolutions, forwards and backwards, over cache-sized groups of crops.
+//!
+//! Each group's patches are gathered into a matrix, so that a layer is one product of matrices; two to three times
+//! faster here than burn's own convolutions, against which the tests check it. Groups run in parallel and
+//! are added up in order, so that the thread count changes nothing.
+
+use nalgebra::{DMatrix, DMatrixView, DVector, Dyn};
+use rayon::prelude::*;
+use vantage_dataset::Crop;
+use vantage_dataset::crop::CROP_SIDE;
+
+use crate::architecture::PIXEL_CENTER;
+
+/// Side of a kernel; kernels move by 2 and reach 1 pixel beyond the border.
+pub(crate) const KERNEL: usize = 4;
+const TAPS: usize = KERNEL * KERNEL;
+/// Crops in a group.
+const GROUP: usize = 16;
+
+/// Layers `relu(conv(x))`, each halving the side.
+pub(crate) struct Convolutions {
+    layers: Vec<Layer>,
+}
+
+struct Layer {
+    /// `[outputs, TAPS * inputs]`: kernel row, kernel column, channel.
+    weight: DMatrix<f32>,
+    bias: DVector<f32>,
+}
+
+/// What a group of crops left behind on its way forwards.
+struct Trace {
+    /// Of each layer: `[TAPS * inputs, positions]`.
+    patches: Vec<DMatrix<f32>>,
+    /// Of each layer: `[outputs, positions]`; position by crop, row, column.
+    outputs: Vec<DMatrix<f32>>,
+}
+
+/// A pass forwards, from which one goes backwards.
+pub(crate) struct Pass {
+    traces: Vec<Trace>,
+}
+
+/// Derivatives to a layer's weight, `[outputs, TAPS * inputs]` row-major, and bias.
+pub(crate) struct LayerGradient {
+    pub(crate) weight: Vec<f32>,
+    pub(crate) bias: Vec<f32>,
+}
+
+impl Convolutions {
+    /// From each layer's weight, `[outputs, TAPS * inputs]` row-major, and bias.
+    pub(crate) fn new(layers: impl Iterator<Item = (Vec<f32>, Vec<f32>)>) -> Self {
+        let layer = |(weight, bias): (Vec<f32>, Vec<f32>)| Layer {
+            weight: DMatrix::from_row_slice(bias.len(), weight.len() / bias.len(), &weight),
+            bias: DVector::from_vec(bias),
+        };
+        Self { layers: layers.map(layer).collect() }
+    }
+
+    /// The pass of some crops.
+    pub(crate) fn pass(&self, crops: &[&Crop]) -> Pass {
+        Pass { traces: crops.par_chunks(GROUP).map(|group| self.trace(group)).collect() }
+    }
+
+    fn trace(&self, crops: &[&Crop]) -> Trace {
+        let mut trace = Trace { patches: Vec::new(), outputs: Vec::new() };
+        let mut side = CROP_SIDE;
+        let pixels = crops.iter().flat_map(|crop| crop.0.iter());
+        let centered: Vec<f32> = pixels.map(|&value| f32::from(value) / 255.0 - PIXEL_CENTER).collect();
+        for layer in &self.layers {
+            let input = trace.outputs.last().map_or(&centered[..], |output| output.as_slice());
+            let patches = gathered(input, layer.inputs(), side);
+            let mut output = &layer.weight * &patches;
+            for mut position in output.column_iter_mut() {
+                position.zip_apply(&layer.bias, |y, bias| *y = (*y + bias).max(0.0));
+            }
+            trace.patches.push(patches);
+            trace.outputs.push(output);
+            side /= 2;
+        }
+        trace
+    }
+
+    /// The layers' derivatives, given those to the outputs of a pass.
+    pub(crate) fn backward(&self, pass: &Pass, d_outputs: &[f32]) -> Vec<LayerGradient> {
+        let size = |trace: &Trace| trace.outputs.last().map_or(0, |output| output.len());
+        let mut starts = vec![0];
+        starts.extend(pass.traces.iter().scan(0, |end, trace| {
+            *end += size(trace);
+            Some(*end)
+        }));
+        let groups = pass.traces.par_iter().zip(starts.par_windows(2));
+        let gradients: Vec<Vec<(DMatrix<f32>, DVector<f32>)>> = groups
+            .map(|(trace, range)| self.group_gradients(trace, &d_outputs[range[0]..range[1]]))
+            .collect();
+        let mut sums = gradients.into_iter();
+        let first = sums.next().unwrap_or_default();
+        let total = sums.fold(first, |mut total, group| {
+            for ((weight, bias), (more_weight, more_bias)) in total.iter_mut().zip(group) {
+                *weight += more_weight;
+                *bias += more_bias;
+            }
+            total
+        });
+        let row_major = |(weight, bias): (DMatrix<f32>, DVector<f32>)| LayerGradient {
+            weight: weight.transpose().as_slice().to_vec(),
+            bias: bias.as_slice().to_vec(),
+        };
+        total.into_iter().map(row_major).collect()
+    }
+
+    /// First layer first.
+    fn group_gradients(&self, trace: &Trace, d_outputs: &[f32]) -> Vec<(DMatrix<f32>, DVector<f32>)> {
+        let mut gradients = Vec::new();
+        let mut d_input = d_outputs.to_vec();
+        for (index, layer) in self.layers.iter().enumerate().rev() {
+            let (patches, output) = (&trace.patches[index], &trace.outputs[index]);
+            let mut d_output = DMatrix::from_vec(output.nrows(), output.ncols(), d_input);
+            d_output.zip_apply(output, |d, y| {
+                if y <= 0.0 {
+                    *d = 0.0;
+                }
+            });
+            let mut weight = DMatrix::zeros(layer.weight.nrows(), layer.weight.ncols());
+            weight.gemm(1.0, &d_output, &transposed(patches), 0.0);
+            gradients.push((weight, d_output.column_sum()));
+            d_input = match index {
+                0 => Vec::new(),
+                _ => {
+                    let d_patches = layer.weight.transpose() * d_output;
+                    scattered(&d_patches, layer.inputs(), CROP_SIDE >> index)
+                }
+            };
+        }
+        gradients.reverse();
+        gradients
+    }
+}
+
+impl Layer {
+    fn inputs(&self) -> usize {
+        self.weight.ncols() / TAPS
+    }
+}
+
+impl Pass {
+    /// Outputs of the last layer, crop by crop: row, column, channel.
+    pub(crate) fn outputs(&self) -> Vec<f32> {
+        let last =
+            |trace: &Trace| trace.outputs.last().map_or(Vec::new(), |output| output.as_slice().to_vec());
+        self.traces.iter().flat_map(last).collect()
+    }
+}
+
+/// Without a copy: rows of the view lie as far apart as the matrix's columns.
+fn transposed(matrix: &DMatrix<f32>) -> DMatrixView<'_, f32, Dyn, Dyn> {
+    let (rows, columns) = matrix.shape();
+    DMatrixView::from_slice_with_strides(matrix.as_slice(), columns, rows, rows, 1)
+}
+
+/// Calls `with` for each run of neighbouring pixels that lies both in an image and in a row of a patch: start in
+/// the image, start in the patches, length; in numbers.
+fn runs(channels: usize, side: usize, images: usize, mut with: impl FnMut(usize, usize, usize)) {
+    let half = side / 2;
+    for position in 0..images * half * half {
+        let (image, row, column) = (position / (half * half), position / half % half, position % half);
+        let left = (2 * column).saturating_sub(1);
+        let right = (2 * column + KERNEL - 1).min(side);
+        for tap in 0..KERNEL {
+            let Some(y) = (2 * row + tap).checked_sub(1).filter(|&y| y < side) else { continue };
+            let skipped = left + 1 - 2 * column;
+            let pixel = (image * side + y) * side + left;
+            let patch = position * TAPS + tap * KERNEL + skipped;
+            with(pixel * channels, patch * channels, (right - left) * channels);
+        }
+    }
+}
+
+/// The patches of images `[images, side, side, channels]`, zero beyond the border: `[TAPS * channels, positions]`.
+fn gathered(images: &[f32], channels: usize, side: usize) -> DMatrix<f32> {
+    let count = images.len() / (side * side * channels);
+    let mut patches = DMatrix::zeros(TAPS * channels, count * side * side / 4);
+    let slots = patches.as_mut_slice();
+    runs(channels, side, count, |pixel, slot, length| {
+        slots[slot..slot + length].copy_from_slice(&images[pixel..pixel + length]);
+    });
+    patches
+}
+
+/// The transpose of [`gathered`]: what patches hold, added up over the images.
+fn scattered(patches: &DMatrix<f32>, channels: usize, side: usize) -> Vec<f32> {
+    let count = patches.ncols() * 4 / (side * side);
+    let mut images = vec![0.0; count * side * side * channels];
+    let slots = patches.as_slice();
+    runs(channels, side, count, |pixel, slot, length| {
+        for (sum, value) in images[pixel..pixel + length].iter_mut().zip(&slots[slot..slot + length]) {
+            *sum += value;
+        }
+    });
+    images
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::synthetic;
+    use burn::tensor::activation::relu;
+    use burn::tensor::module::conv2d;
+    use burn::tensor::ops::ConvOptions;
+    use burn::tensor::{Device, Tensor, TensorData};
+    use vantage_dataset::{Seed, Split};
+
+    const SIZES: [usize; 4] = [3, 5, 4, 6];
+
+    /// `[outputs, KERNEL, KERNEL, inputs]` to burn's `[outputs, inputs, KERNEL, KERNEL]`, or any such.
+    fn burn_weight(weight: &[f32], inputs: usize, device: &Device) -> Tensor<4> {
+        let outputs = weight.len() / TAPS / inputs;
+        let data = TensorData::new(weight.to_vec(), [outputs, KERNEL, KERNEL, inputs]);
+        Tensor::<4>::from_data(data, device).permute([0, 3, 1, 2])
+    }
+
+    #[test]
+    fn values_and_gradients_are_those_of_burn() {
+        let device = Device::flex().autodiff();
+        let set = synthetic::views(Split::Train, 3, GROUP / 2, 1);
+        let crops: Vec<&Crop> = set.views.iter().map(|view| &view.crop).collect();
+        let mut stream = Seed(5).stream("convolution", 0);
+        let mut normals = |n: usize| (0..n).map(|_| 0.2 * stream.normal() as f32).collect::<Vec<_>>();
+        let layers: Vec<_> = SIZES.windows(2).map(|s| (normals(s[1] * TAPS * s[0]), normals(s[1]))).collect();
+        let direction = normals(crops.len() * SIZES[3] * 16);
+
+        let convolutions = Convolutions::new(layers.iter().cloned());
+        let pass = convolutions.pass(&crops);
+        let gradients = convolutions.backward(&pass, &direction);
+
+        let planes: Vec<f32> = crops.iter().flat_map(|crop| crop.to_chw()).collect();
+        let mut x = Tensor::<4>::from_data(TensorData::new(planes, [crops.len(), 3, 32, 32]), &device) - 0.5;
+        let mut parameters = Vec::new();
+        for ((weight, bias), inputs) in layers.iter().zip(SIZES) {
+            let weight = burn_weight(weight, inputs, &device).detach().require_grad();
+            let bias = Tensor::<1>::from_data(TensorData::from(&bias[..]), &device).require_grad();
+            x = relu(conv2d(
+                x,
+                weight.clone(),
+                Some(bias.clone()),
+                ConvOptions::new([2, 2], [1, 1], [1, 1], 1),
+            ));
+            parameters.push((weight, bias));
+        }
+        let numbers = |x: Tensor<4>| -> Vec<f32> { x.permute([0, 2, 3, 1]).try_into_vec_as().unwrap() };
+        let close = |got: &[f32], expected: &[f32]| {
+            let largest = expected.iter().fold(0f32, |a, b| a.max(b.abs()));
+            assert!(largest > 0.0 && got.len() == expected.len());
+            assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5 * largest));
+        };
+        close(&pass.outputs(), &numbers(x.clone()));
+        let direction = TensorData::new(direction, [crops.len(), 4, 4, SIZES[3]]);
+        let direction = Tensor::<4>::from_data(direction, &device).permute([0, 3, 1, 2]);
+        let expected = (x * direction).sum().backward();
+        for (gradient, (weight, bias)) in gradients.iter().zip(&parameters) {
+            close(&gradient.weight, &numbers(weight.grad(&expected).unwrap()));
+            close(&gradient.bias, &bias.grad(&expected).unwrap().try_into_vec_as::<f32>().unwrap());
+        }
+    }
+
+    #[test]
+    fn the_thread_count_changes_nothing() {
+        let set = synthetic::views(Split::Train, 3, GROUP, 1);
+        let crops: Vec<&Crop> = set.views.iter().map(|view| &view.crop).collect();
+        let weight: Vec<f32> = (0..2 * TAPS * 3).map(|i| (i as f32).sin()).collect();
+        let convolutions = Convolutions::new([(weight, vec![0.1, 0.2])].into_iter());
+        let gradients = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let pass = convolutions.pass(&crops);
+                convolutions.backward(&pass, &pass.outputs()).remove(0).weight
+            })
+        };
+        assert_eq!(gradients(1), gradients(3));
+    }
+}

@@ -1,0 +1,232 @@
+//! The five graphs of a model folder, from trained weights.
+
+use super::weights::{Dense, Weights};
+use crate::architecture::{Architecture, LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
+use crate::latent::LatentLayout;
+use crate::manifest::Role;
+
+use crate::onnx::build::{GraphBuilder, integers};
+use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
+use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
+
+/// The ONNX bytes of a role.
+pub(crate) fn graph(role: Role, weights: &Weights) -> Vec<u8> {
+    let architecture = &weights.architecture;
+    let signature = role.signature(architecture.latent.dimension(), architecture.measurement);
+    let mut b = GraphBuilder::new(role.file().trim_end_matches(".onnx"), &signature);
+    match role {
+        Role::Measurement => {
+            let features = trunk(&mut b, weights);
+            dense(&mut b, "measurement", &features, &weights.measurement);
+        }
+        Role::Encoder => encoder(&mut b, weights),
+        Role::Decoder => {
+            let hidden = decoder(&mut b, weights).hidden;
+            dense(&mut b, "measurement", &hidden, &weights.decoded_measurement);
+        }
+        Role::DecoderJacobian => decoder_jacobian(&mut b, weights),
+        Role::Image => {
+            let hidden = decoder(&mut b, weights).hidden;
+            let coefficients = dense(&mut b, "coefficients", &hidden, &weights.decoded_image);
+            let flat = dense(&mut b, "flat_crop", &coefficients, &weights.basis);
+            let shape = b.sizes("crop.shape", &[1, 3, CROP_SIDE, CROP_SIDE]);
+            let unclipped = b.node("Reshape", &[&flat, &shape], "unclipped_crop");
+            let (low, high) = (b.weight("crop.low", &[], &[0.0]), b.weight("crop.high", &[], &[1.0]));
+            b.node("Clip", &[&unclipped, &low, &high], "crop");
+        }
+    }
+    b.finish()
+}
+
+fn dense(b: &mut GraphBuilder, output: &str, input: &str, layer: &Dense) -> String {
+    let weight = b.weight(&format!("{output}.weight"), &[layer.inputs(), layer.outputs()], &layer.weight);
+    let bias = b.weight(&format!("{output}.bias"), &[layer.outputs()], &layer.bias);
+    b.node("Gemm", &[input, &weight, &bias], output)
+}
+
+/// `t(z)` of `crop`.
+fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
+    let center = b.weight("pixel_center", &[], &[PIXEL_CENTER]);
+    let mut x = b.node("Sub", &["crop", &center], "centered_crop");
+    let mut inputs = 3;
+    for (index, conv) in weights.trunk.iter().enumerate() {
+        let (name, outputs) = (format!("trunk.{index}"), conv.bias.len());
+        let weight = b.weight(&format!("{name}.weight"), &[outputs, inputs, 4, 4], &conv.weight);
+        let bias = b.weight(&format!("{name}.bias"), &[outputs], &conv.bias);
+        let attributes = vec![
+            integers("kernel_shape", &[4, 4]),
+            integers("strides", &[2, 2]),
+            integers("pads", &[1, 1, 1, 1]),
+        ];
+        b.node_with("Conv", &[&x, &weight, &bias], &[&name], attributes);
+        x = b.node("Relu", &[&name], &format!("{name}.relu"));
+        inputs = outputs;
+    }
+    let flat = b.node("Flatten", &[&x], "trunk.flat");
+    let features = dense(b, "features", &flat, &weights.features);
+    b.node("Relu", &[&features], "features.relu")
+}
+
+fn encoder(b: &mut GraphBuilder, weights: &Weights) {
+    let layout = weights.architecture.latent;
+    let features = trunk(b, weights);
+    let [_, upright] = b.split("conditioning", [("azimuth_harmonics", 2 * HARMONICS), ("upright", UPRIGHT)]);
+    let mean = b.weight("features.mean", &[1, weights.feature_mean.len()], &weights.feature_mean);
+    let scale = b.weight("features.scale", &[1, weights.feature_scale.len()], &weights.feature_scale);
+    let centered = b.node("Sub", &[&features, &mean], "features.centered");
+    let standard = b.node("Mul", &[&centered, &scale], "features.standard");
+    let shape = b.sizes("flat.shape", &[1, CROP_BYTES]);
+    let flat = b.node("Reshape", &["crop", &shape], "flat");
+    let coefficients = dense(b, "coefficients", &flat, &weights.projection);
+    let mut x = b.concat(&[&standard, &coefficients, &upright], "encoder.input");
+    let last = weights.encoder.len() - 1;
+    for (index, layer) in weights.encoder.iter().enumerate() {
+        x = dense(b, &format!("encoder.{index}"), &x, layer);
+        if index < last {
+            x = b.node("Relu", &[&x], &format!("encoder.{index}.relu"));
+        }
+    }
+    let free = layout.invariant + layout.pairs();
+    let [mean, raw] = b.split(&x, [("mean_in_camera", layout.dimension()), ("raw_log_variance", free)]);
+    turned(b, layout, "mean", &mean, Turn::IntoObject);
+    let low = b.weight("log_variance.low", &[], &[LOG_VARIANCE.0]);
+    let high = b.weight("log_variance.high", &[], &[LOG_VARIANCE.1]);
+    let clipped = b.node("Clip", &[&raw, &low, &high], "log_variance.clipped");
+    let parts = [("log_variance.invariant", layout.invariant), ("log_variance.pairs", layout.pairs())];
+    let [invariant, pairs] = b.split(&clipped, parts);
+    b.concat(&[&invariant, &pairs, &pairs], "log_variance");
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Turn {
+    /// By `+azimuth`, from the camera's yaw frame.
+    IntoObject,
+    /// By `-azimuth`, into the camera's yaw frame.
+    IntoCamera,
+}
+
+/// A latent's turning parts, and the cosines and sines that turn them, `[1, pairs]` each.
+struct Turned {
+    output: String,
+    first: String,
+    second: String,
+    cos: String,
+    sin: String,
+}
+
+fn turned(b: &mut GraphBuilder, layout: LatentLayout, output: &str, latent: &str, turn: Turn) -> Turned {
+    let pairs = layout.pairs();
+    let name = |part: &str| format!("{output}.{part}");
+    let parts = [name("invariant"), name("first"), name("second")];
+    let sized = [(&*parts[0], layout.invariant), (&*parts[1], pairs), (&*parts[2], pairs)];
+    let [invariant, first, second] = b.split(latent, sized);
+    let (cos, sin) = selections(layout);
+    let select_cos = b.weight("select_cos", &[CONDITIONING, pairs], &cos);
+    let select_sin = b.weight("select_sin", &[CONDITIONING, pairs], &sin);
+    let cos = b.node("MatMul", &["conditioning", &select_cos], &name("cos"));
+    let sin = b.node("MatMul", &["conditioning", &select_sin], &name("sin"));
+    let mut product = |x: &str, y: &str, output: &str| b.node("Mul", &[x, y], &name(output));
+    let (cf, sg) = (product(&cos, &first, "cf"), product(&sin, &second, "sg"));
+    let (sf, cg) = (product(&sin, &first, "sf"), product(&cos, &second, "cg"));
+    let (x, y) = match turn {
+        Turn::IntoObject => (b.node("Sub", &[&cf, &sg], &name("x")), b.node("Add", &[&sf, &cg], &name("y"))),
+        Turn::IntoCamera => (b.node("Add", &[&cf, &sg], &name("x")), b.node("Sub", &[&cg, &sf], &name("y"))),
+    };
+    b.concat(&[&invariant, &x, &y], output);
+    Turned { output: output.into(), first, second, cos, sin }
+}
+
+/// `[CONDITIONING, pairs]` matrices that give each pair the cosine and sine of its harmonic.
+fn selections(layout: LatentLayout) -> (Vec<f32>, Vec<f32>) {
+    let pairs = layout.pairs();
+    let mut cos = vec![0.0; CONDITIONING * pairs];
+    let mut sin = cos.clone();
+    for pair in 0..pairs {
+        let row = 2 * (layout.harmonic(pair) - 1);
+        cos[row * pairs + pair] = 1.0;
+        sin[(row + 1) * pairs + pair] = 1.0;
+    }
+    (cos, sin)
+}
+
+/// The decoder up to its last hidden layer.
+struct Decoder {
+    hidden: String,
+    /// Each hidden layer after its ReLU.
+    layers: Vec<String>,
+    turned: Turned,
+}
+
+fn decoder(b: &mut GraphBuilder, weights: &Weights) -> Decoder {
+    let turned = turned(b, weights.architecture.latent, "latent_in_camera", "latent", Turn::IntoCamera);
+    let conditioning = if weights.architecture.decoder_sees_azimuth {
+        "conditioning".to_owned()
+    } else {
+        let parts = [("unseen_azimuth", 2 * HARMONICS), ("upright", UPRIGHT)];
+        let [_, upright] = b.split("conditioning", parts);
+        upright
+    };
+    let mut hidden = b.concat(&[&turned.output, &conditioning], "decoder.input");
+    let mut layers = Vec::new();
+    for (index, layer) in weights.decoder.iter().enumerate() {
+        let name = format!("decoder.{index}");
+        let linear = dense(b, &name, &hidden, layer);
+        hidden = b.node("Relu", &[&linear], &format!("{name}.relu"));
+        layers.push(hidden.clone());
+    }
+    Decoder { hidden, layers, turned }
+}
+
+/// Reverse mode: the rows of `d m / d .` are carried from the measurement back to the latent and conditioning.
+///
+/// A ReLU's derivative is `Sign(Relu(.))`. With `u = c f + s g`, `v = c g - s f` the turned pairs (`f`, `g`;
+/// cosine `c`, sine `s` of `m azimuth`), `df = c du - s dv`, `dg = s du + c dv`, `dc = f du + g dv` and
+/// `ds = g du - f dv`.
+fn decoder_jacobian(b: &mut GraphBuilder, weights: &Weights) {
+    let Architecture { latent: layout, .. } = weights.architecture;
+    let decoder = decoder(b, weights);
+    dense(b, "measurement", &decoder.hidden, &weights.decoded_measurement);
+    let head = &weights.decoded_measurement;
+    let mut rows = b.weight("back.head", &[head.outputs(), head.inputs()], &head.transposed());
+    for (index, layer) in weights.decoder.iter().enumerate().rev() {
+        let name = format!("back.{index}");
+        let mask = b.node("Sign", &[&decoder.layers[index]], &format!("{name}.mask"));
+        let masked = b.node("Mul", &[&rows, &mask], &format!("{name}.masked"));
+        let shape = [layer.outputs(), layer.inputs()];
+        let weight = b.weight(&format!("{name}.weight"), &shape, &layer.transposed());
+        rows = b.node("MatMul", &[&masked, &weight], &name);
+    }
+    let pairs = layout.pairs();
+    let seen = weights.architecture.decoder_conditioning();
+    let parts = [("d_invariant", layout.invariant), ("du", pairs), ("dv", pairs), ("d_seen", seen)];
+    let [d_invariant, du, dv, d_seen] = b.split(&rows, parts);
+    let Turned { first, second, cos, sin, .. } = &decoder.turned;
+    let mut combined = |operator: &str, output: &str, (a, x): (&str, &str), (c, y): (&str, &str)| {
+        let left = b.node("Mul", &[x, a], &format!("{output}.left"));
+        let right = b.node("Mul", &[y, c], &format!("{output}.right"));
+        b.node(operator, &[&left, &right], output)
+    };
+    let df = combined("Sub", "d_first", (cos, &du), (sin, &dv));
+    let dg = combined("Add", "d_second", (sin, &du), (cos, &dv));
+    let dc = combined("Add", "d_cos", (first, &du), (second, &dv));
+    let ds = combined("Sub", "d_sin", (second, &du), (first, &dv));
+    b.concat(&[&d_invariant, &df, &dg], "d_latent");
+    let transposed = |selection: Vec<f32>| Dense { weight: selection, bias: vec![0.0; pairs] }.transposed();
+    let (select_cos, select_sin) = selections(layout);
+    let spread_cos = b.weight("spread_cos", &[pairs, CONDITIONING], &transposed(select_cos));
+    let spread_sin = b.weight("spread_sin", &[pairs, CONDITIONING], &transposed(select_sin));
+    let by_cos = b.node("MatMul", &[&dc, &spread_cos], "d_conditioning.cos");
+    let by_sin = b.node("MatMul", &[&ds, &spread_sin], "d_conditioning.sin");
+    let by_turning = b.node("Add", &[&by_cos, &by_sin], "d_conditioning.turning");
+    let seen = spread_seen(b, weights, &d_seen, head.outputs());
+    b.node("Add", &[&by_turning, &seen], "d_conditioning");
+}
+
+/// The derivative to what the decoder sees of the conditioning, with zeros for what it does not.
+fn spread_seen(b: &mut GraphBuilder, weights: &Weights, d_seen: &str, rows: usize) -> String {
+    if weights.architecture.decoder_sees_azimuth {
+        return d_seen.to_owned();
+    }
+    let zeros = b.weight("unseen", &[rows, 2 * HARMONICS], &vec![0.0; rows * 2 * HARMONICS]);
+    b.concat(&[&zeros, d_seen], "d_conditioning.seen")
+}

@@ -1,0 +1,324 @@
+//! The networks, layer by layer: trunk, viewpoint head, encoder and decoder.
+
+use super::convolution::{Convolutions, KERNEL, LayerGradient};
+use super::features::Frozen;
+use super::views::numbers;
+use super::weights::{Conv, Dense, Weights};
+use crate::architecture::{Architecture, LOG_VARIANCE, UPRIGHT};
+use crate::latent::LatentLayout;
+use burn::module::{Module, Param};
+use burn::nn::Linear;
+use burn::optim::GradientsParams;
+use burn::tensor::activation::relu;
+use burn::tensor::{Device, Tensor, TensorData};
+use vantage_dataset::crop::CROP_SIDE;
+use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
+use vantage_dataset::{Seed, Stream};
+
+/// Directions around the object that the viewpoint head tells apart.
+pub(crate) const AZIMUTH_BINS: usize = 48;
+
+/// Parameters of a convolution 4x4, stride 2, padding 1: see [`Convolutions`].
+#[derive(Module, Debug)]
+pub(crate) struct Convolution {
+    /// `[outputs, 16 inputs]`.
+    weight: Param<Tensor<2>>,
+    bias: Param<Tensor<1>>,
+}
+
+/// `z` to features `t(z)`, and these to the reduced measurement `m(z)` of IV-C.
+#[derive(Module, Debug)]
+pub(crate) struct Trunk {
+    convolutions: Vec<Convolution>,
+    features: Linear,
+    measurement: Linear,
+}
+
+/// The trunk with the head that trains it: `x_rel` from `m(z)`, so that `m` is sensitive to the viewpoint.
+#[derive(Module, Debug)]
+pub(crate) struct TrunkWithHead {
+    pub(crate) trunk: Trunk,
+    azimuth: Linear,
+    upright: Linear,
+}
+
+/// Encoder `q`, decoder `p`, and the parameters of their likelihoods and of the instance term.
+#[derive(Module, Debug)]
+pub(crate) struct Autoencoder {
+    encoder: Vec<Linear>,
+    decoder: Vec<Linear>,
+    measurement: Linear,
+    image: Linear,
+    /// `mu_beta` of Eq. 14, invariant part, `[instances, invariant]`.
+    pub(crate) instance_means: Param<Tensor<2>>,
+    /// Logarithm of the standard deviation of each number of `m`.
+    pub(crate) log_sigma_measurement: Param<Tensor<1>>,
+    /// Logarithm of the standard deviation of each image coefficient.
+    pub(crate) log_sigma_image: Param<Tensor<1>>,
+}
+
+/// Cosine and sine of `m azimuth` for each pair of a latent, `[views, pairs]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Turn {
+    pub(crate) cos: Tensor<2>,
+    pub(crate) sin: Tensor<2>,
+}
+
+/// A view's factor on the latent, object frame: mean `[views, latent]`, log variance `[views, invariant + pairs]`.
+pub(crate) struct Factor {
+    pub(crate) mean: Tensor<2>,
+    pub(crate) log_variance: Tensor<2>,
+}
+
+/// What a decoder says: `[views, measurement]` and `[views, components]`.
+pub(crate) struct Decoded {
+    pub(crate) measurement: Tensor<2>,
+    pub(crate) image: Tensor<2>,
+}
+
+impl Turn {
+    /// From conditionings `[views, CONDITIONING]`.
+    pub(crate) fn new(layout: LatentLayout, conditioning: &Tensor<2>) -> Self {
+        let spread = |offset: usize| {
+            let of_harmonic = |m: usize| {
+                let column = conditioning.clone().narrow(1, 2 * m + offset, 1);
+                column.repeat_dim(1, layout.pairs_per_harmonic)
+            };
+            Tensor::cat((0..HARMONICS).map(of_harmonic).collect(), 1)
+        };
+        Self { cos: spread(0), sin: spread(1) }
+    }
+}
+
+impl Trunk {
+    fn new(architecture: &Architecture, stream: &mut Stream, device: &Device) -> Self {
+        let mut inputs = 3;
+        let mut side = CROP_SIDE;
+        let mut convolutions = Vec::new();
+        for &outputs in &architecture.trunk {
+            let taps = KERNEL * KERNEL * inputs;
+            let weight = Param::from_data(uniform([outputs, taps], relu_bound(taps), stream), device);
+            convolutions.push(Convolution { weight, bias: zeros(outputs, device) });
+            (inputs, side) = (outputs, side / 2);
+        }
+        let features = linear(inputs * side * side, architecture.features, Gain::Relu, stream, device);
+        let measurement =
+            linear(architecture.features, architecture.measurement, Gain::Linear, stream, device);
+        Self { convolutions, features, measurement }
+    }
+
+    /// The convolutions with their present weights.
+    pub(crate) fn convolutions(&self) -> Convolutions {
+        let numbers = |layer: &Convolution| (numbers(layer.weight.val()), numbers(layer.bias.val()));
+        Convolutions::new(self.convolutions.iter().map(numbers))
+    }
+
+    /// `t(z)` of the convolutions' outputs, `[n, positions * channels]`.
+    pub(crate) fn features(&self, convolved: Tensor<2>) -> Tensor<2> {
+        relu(self.features.forward(convolved))
+    }
+
+    /// Adds what the convolutions' own backward pass gave to the gradients of a step.
+    pub(crate) fn register(
+        &self,
+        layers: Vec<LayerGradient>,
+        gradients: &mut GradientsParams,
+        device: &Device,
+    ) {
+        for (layer, gradient) in self.convolutions.iter().zip(layers) {
+            let shape = [gradient.bias.len(), gradient.weight.len() / gradient.bias.len()];
+            let weight = TensorData::new(gradient.weight, shape);
+            gradients.register(layer.weight.id, Tensor::<2>::from_data(weight, device));
+            gradients.register(
+                layer.bias.id,
+                Tensor::<1>::from_data(TensorData::from(&gradient.bias[..]), device),
+            );
+        }
+    }
+
+    /// The convolutions and the layer after them, as numbers.
+    pub(crate) fn layers(&self) -> (Vec<Conv>, Dense) {
+        let conv = |layer: &Convolution| {
+            let (weight, bias) = (numbers(layer.weight.val()), numbers(layer.bias.val()));
+            Conv::new(&weight, bias)
+        };
+        let convolutions: Vec<_> = self.convolutions.iter().map(conv).collect();
+        let channels = convolutions.last().map_or(3, |last| last.bias.len());
+        (convolutions, dense(&self.features).with_channels_first(channels))
+    }
+
+    /// The layer from features to `m(z)`, not yet whitened, as numbers.
+    pub(crate) fn measurement_layer(&self) -> Dense {
+        dense(&self.measurement)
+    }
+}
+
+impl TrunkWithHead {
+    /// Fresh weights.
+    pub(crate) fn new(architecture: &Architecture, seed: Seed, device: &Device) -> Self {
+        let stream = &mut seed.stream("trunk weights", 0);
+        Self {
+            trunk: Trunk::new(architecture, stream, device),
+            azimuth: linear(architecture.measurement, AZIMUTH_BINS, Gain::Linear, stream, device),
+            upright: linear(architecture.measurement, UPRIGHT, Gain::Linear, stream, device),
+        }
+    }
+
+    /// Logits of the azimuth's bins, and the upright conditioning.
+    pub(crate) fn forward(&self, convolved: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+        let m = self.trunk.measurement.forward(self.trunk.features(convolved));
+        (self.azimuth.forward(m.clone()), self.upright.forward(m))
+    }
+}
+
+impl Autoencoder {
+    /// Fresh weights.
+    pub(crate) fn new(architecture: &Architecture, instances: usize, seed: Seed, device: &Device) -> Self {
+        let stream = &mut seed.stream("autoencoder weights", 0);
+        let latent = architecture.latent;
+        let mut hidden = |inputs: usize, sizes: &[usize]| {
+            let mut inputs = inputs;
+            let mut layers = Vec::new();
+            for &outputs in sizes {
+                layers.push(linear(inputs, outputs, Gain::Relu, stream, device));
+                inputs = outputs;
+            }
+            (layers, inputs)
+        };
+        let (mut encoder, encoded) =
+            hidden(architecture.features + architecture.components + UPRIGHT, &architecture.encoder);
+        let seen = latent.dimension() + architecture.decoder_conditioning();
+        let (decoder, decoded) = hidden(seen, &architecture.decoder);
+        let gaussian = latent.dimension() + latent.invariant + latent.pairs();
+        encoder.push(linear(encoded, gaussian, Gain::Linear, stream, device));
+        let means = TensorData::new(vec![0f32; instances * latent.invariant], [instances, latent.invariant]);
+        Self {
+            encoder,
+            decoder,
+            measurement: linear(decoded, architecture.measurement, Gain::Linear, stream, device),
+            image: linear(decoded, architecture.components, Gain::Linear, stream, device),
+            instance_means: Param::from_data(means, device),
+            log_sigma_measurement: zeros(architecture.measurement, device),
+            log_sigma_image: zeros(architecture.components, device),
+        }
+    }
+
+    /// `q(e | z, x_rel)` of crops `[n, features + components]` as [`super::features::Features::crop`] gives them, and upright conditioning `[n, UPRIGHT]`.
+    pub(crate) fn encode(
+        &self,
+        layout: LatentLayout,
+        features: Tensor<2>,
+        upright: Tensor<2>,
+        turn: &Turn,
+    ) -> Factor {
+        let mut x = Tensor::cat(vec![features, upright], 1);
+        let (last, hidden) = self.encoder.split_last().expect("an encoder has a last layer");
+        for layer in hidden {
+            x = relu(layer.forward(x));
+        }
+        let out = last.forward(x);
+        let (latent, free) = (layout.dimension(), layout.invariant + layout.pairs());
+        let log_variance = out.clone().narrow(1, latent, free).clamp(LOG_VARIANCE.0, LOG_VARIANCE.1);
+        Factor { mean: turned(layout, out.narrow(1, 0, latent), turn), log_variance }
+    }
+
+    /// `p(. | e, x_rel)` of latents `[n, latent]` and what the decoder sees of the conditioning.
+    pub(crate) fn decode(
+        &self,
+        layout: LatentLayout,
+        latents: Tensor<2>,
+        seen: Tensor<2>,
+        turn: &Turn,
+    ) -> Decoded {
+        let back = Turn { cos: turn.cos.clone(), sin: turn.sin.clone().neg() };
+        let mut x = Tensor::cat(vec![turned(layout, latents, &back), seen], 1);
+        for layer in &self.decoder {
+            x = relu(layer.forward(x));
+        }
+        Decoded { measurement: self.measurement.forward(x.clone()), image: self.image.forward(x) }
+    }
+
+    /// All weights, with those of the frozen trunk, as numbers.
+    pub(crate) fn weights(&self, architecture: &Architecture, frozen: &Frozen) -> Weights {
+        let (trunk, features) = frozen.trunk.layers();
+        Weights {
+            architecture: architecture.clone(),
+            trunk,
+            features,
+            measurement: frozen.measurement.clone(),
+            feature_mean: frozen.mean.clone(),
+            feature_scale: frozen.scale.clone(),
+            encoder: self.encoder.iter().map(dense).collect(),
+            decoder: self.decoder.iter().map(dense).collect(),
+            decoded_measurement: dense(&self.measurement),
+            decoded_image: dense(&self.image),
+            projection: frozen.components.projection(),
+            basis: frozen.components.layer(),
+        }
+    }
+}
+
+fn dense(layer: &Linear) -> Dense {
+    let bias = layer.bias.as_ref().expect("every layer here has a bias");
+    Dense { weight: numbers(layer.weight.val()), bias: numbers(bias.val()) }
+}
+
+/// A latent with each pair turned: into the object's frame by the azimuth, back by its negative.
+fn turned(layout: LatentLayout, latents: Tensor<2>, turn: &Turn) -> Tensor<2> {
+    let pairs = layout.pairs();
+    let invariant = latents.clone().narrow(1, 0, layout.invariant);
+    let first = latents.clone().narrow(1, layout.invariant, pairs);
+    let second = latents.narrow(1, layout.invariant + pairs, pairs);
+    let Turn { cos, sin } = turn;
+    let x = cos.clone() * first.clone() - sin.clone() * second.clone();
+    let y = sin.clone() * first + cos.clone() * second;
+    Tensor::cat(vec![invariant, x, y], 1)
+}
+
+/// Numbers for each of `[invariant | pairs]`, given to both of each pair: `[n, latent]`.
+pub(crate) fn for_each_number(layout: LatentLayout, free: Tensor<2>) -> Tensor<2> {
+    let invariant = free.clone().narrow(1, 0, layout.invariant);
+    let pairs = free.narrow(1, layout.invariant, layout.pairs());
+    Tensor::cat(vec![invariant, pairs.clone(), pairs], 1)
+}
+
+/// What the decoder sees of conditionings `[n, CONDITIONING]`.
+pub(crate) fn seen(architecture: &Architecture, conditioning: Tensor<2>) -> Tensor<2> {
+    let seen = architecture.decoder_conditioning();
+    conditioning.narrow(1, CONDITIONING - seen, seen)
+}
+
+/// The upright part of conditionings `[n, CONDITIONING]`.
+pub(crate) fn upright(conditioning: Tensor<2>) -> Tensor<2> {
+    conditioning.narrow(1, 2 * HARMONICS, UPRIGHT)
+}
+
+enum Gain {
+    /// He initialisation, for a layer that a ReLU follows.
+    Relu,
+    /// Keeps the variance.
+    Linear,
+}
+
+fn relu_bound(inputs: usize) -> f64 {
+    (6.0 / inputs as f64).sqrt()
+}
+
+fn linear(inputs: usize, outputs: usize, gain: Gain, stream: &mut Stream, device: &Device) -> Linear {
+    let bound = match gain {
+        Gain::Relu => relu_bound(inputs),
+        Gain::Linear => (3.0 / inputs as f64).sqrt(),
+    };
+    let weight = Param::from_data(uniform([inputs, outputs], bound, stream), device);
+    Linear { weight, bias: Some(zeros(outputs, device)) }
+}
+
+fn uniform<const D: usize>(shape: [usize; D], bound: f64, stream: &mut Stream) -> TensorData {
+    let volume = shape.iter().product();
+    let values: Vec<f32> = (0..volume).map(|_| stream.uniform(-bound, bound) as f32).collect();
+    TensorData::new(values, shape)
+}
+
+fn zeros(size: usize, device: &Device) -> Param<Tensor<1>> {
+    Param::from_data(TensorData::new(vec![0f32; size], [size]), device)
+}

@@ -1,0 +1,49 @@
+//! What the trained networks say of views, as the calibration and the sheet ask it.
+
+use super::features::Features;
+use super::network::{Autoencoder, Turn, for_each_number, seen, upright};
+use super::views::numbers;
+use crate::architecture::Architecture;
+use crate::latent::LatentGaussian;
+use burn::tensor::{Device, Tensor, TensorData};
+use nalgebra::DVector;
+
+/// A trained autoencoder over the features of some views.
+pub(crate) struct Predictions<'a> {
+    pub(crate) network: &'a Autoencoder,
+    pub(crate) architecture: &'a Architecture,
+    pub(crate) features: &'a Features,
+    pub(crate) device: &'a Device,
+}
+
+impl Predictions<'_> {
+    /// The posterior of a latent, given views of one instance.
+    pub(crate) fn posterior(&self, views: &[usize]) -> LatentGaussian {
+        let layout = self.architecture.latent;
+        let conditioning = self.features.conditioning(views, self.device);
+        let turn = Turn::new(layout, &conditioning);
+        let features = self.features.crop(views, self.device);
+        let factor = self.network.encode(layout, features, upright(conditioning), &turn);
+        let (mean, variance) =
+            (numbers(factor.mean), numbers(for_each_number(layout, factor.log_variance).exp()));
+        let vector = |row: &[f32]| DVector::from_iterator(row.len(), row.iter().map(|&v| f64::from(v)));
+        let dimension = layout.dimension();
+        let rows = mean.chunks_exact(dimension).zip(variance.chunks_exact(dimension));
+        let factors: Vec<_> =
+            rows.map(|(m, v)| LatentGaussian { mean: vector(m), variance: vector(v) }).collect();
+        LatentGaussian::posterior(dimension, &factors)
+    }
+
+    /// Measurement `[views, measurement]` and image coefficients `[views, components]` expected from the
+    /// viewpoints of `views`.
+    pub(crate) fn decode(&self, latent: &DVector<f64>, views: &[usize]) -> (Vec<f32>, Vec<f32>) {
+        let layout = self.architecture.latent;
+        let row: Vec<f32> = latent.iter().map(|&number| number as f32).collect();
+        let latents = Tensor::<2>::from_data(TensorData::new(row, [1, layout.dimension()]), self.device);
+        let latents = latents.repeat_dim(0, views.len());
+        let conditioning = self.features.conditioning(views, self.device);
+        let turn = Turn::new(layout, &conditioning);
+        let decoded = self.network.decode(layout, latents, seen(self.architecture, conditioning), &turn);
+        (numbers(decoded.measurement), numbers(decoded.image))
+    }
+}

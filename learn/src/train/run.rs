@@ -1,0 +1,128 @@
+//! One training: its folder, what it tells, and the descent that both stages share.
+
+use super::checkpoint::{self, Checkpoint, State};
+use super::curve::{Curve, Loss};
+use super::error::TrainError;
+use super::files;
+use super::progress::{Progress, Stage};
+use crate::architecture::Architecture;
+use crate::spec::TrainingSpec;
+use burn::module::Module;
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::{Device, Tensor};
+use std::ops::ControlFlow;
+use std::path::Path;
+use vantage_dataset::Seed;
+
+/// What all parts of a training share.
+pub(crate) struct Run<'a> {
+    pub(crate) spec: &'a TrainingSpec,
+    pub(crate) architecture: Architecture,
+    pub(crate) seed: Seed,
+    pub(crate) folder: &'a Path,
+    /// Hash of everything that decides what the training does.
+    pub(crate) key: String,
+    pub(crate) curve: Curve,
+    pub(crate) progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+}
+
+/// The loss of a step, its terms, and where it descends to.
+pub(crate) struct Step<const N: usize> {
+    pub(crate) loss: f64,
+    pub(crate) terms: [f64; N],
+    pub(crate) gradients: GradientsParams,
+}
+
+/// A module as far as a checkpoint brought it.
+pub(crate) struct Started<M> {
+    pub(crate) module: M,
+    pub(crate) optimizer: ModuleOptimizer,
+    pub(crate) done: usize,
+}
+
+impl<M: Module> Started<M> {
+    /// At the first step.
+    pub(crate) fn fresh(module: M) -> Self {
+        Self { module, optimizer: optimizer(), done: 0 }
+    }
+
+    /// After the steps of a checkpoint.
+    pub(crate) fn resumed(module: M, bytes: &[u8], checkpoint: &Checkpoint) -> Result<Self, String> {
+        Ok(Self {
+            module: checkpoint::module_from(module, bytes)?,
+            optimizer: checkpoint::optimizer_from(optimizer(), &checkpoint.optimizer)?,
+            done: checkpoint.state.step,
+        })
+    }
+}
+
+/// The device that training tensors live on: the CPU, with derivatives.
+pub(crate) fn training_device() -> Device {
+    Device::flex().autodiff()
+}
+
+fn optimizer() -> ModuleOptimizer {
+    AdamConfig::new().with_epsilon(1e-8).init()
+}
+
+impl Run<'_> {
+    /// Tells what happened.
+    ///
+    /// Only [`Run::descend`] heeds the wish to stop; the other stages are over in seconds.
+    pub(crate) fn tell(&mut self, progress: &Progress) -> ControlFlow<()> {
+        (self.progress)(progress)
+    }
+
+    /// Makes the remaining steps of a stage, with a checkpoint now and then.
+    ///
+    /// `step` gives the loss of a module at a step, from nothing but the step's index; `parts` gives the
+    /// checkpoint's trunk and autoencoder.
+    pub(crate) fn descend<M: Module, const N: usize>(
+        &mut self,
+        stage: Stage,
+        steps: usize,
+        started: Started<M>,
+        step: impl Fn(&M, usize) -> Step<N>,
+        parts: impl Fn(&M) -> Result<[Vec<u8>; 2], String>,
+    ) -> Result<M, TrainError> {
+        let Started { mut module, mut optimizer, done } = started;
+        let every = self.spec.checkpoint_every as usize;
+        for index in done..steps {
+            let Step { loss, terms, gradients } = step(&module, index);
+            let terms = std::array::from_fn(|term| terms.get(term).copied().unwrap_or(0.0));
+            let row = Loss { stage, step: index + 1, total: loss, terms };
+            self.curve.0.push(row);
+            if !row.total.is_finite() {
+                let log = self.curve.write_table(self.folder)?;
+                return Err(TrainError::NonFiniteLoss { stage, step: row.step, loss: row.total, log });
+            }
+            module = optimizer.step(self.learning_rate(index, steps), module, gradients);
+            if row.step % every == 0 || row.step == steps {
+                let unwritable = |error: String| files::unwritable(self.folder, &error);
+                let [trunk, autoencoder] = parts(&module).map_err(unwritable)?;
+                let optimizer = checkpoint::optimizer_bytes(&optimizer).map_err(unwritable)?;
+                let state = State { key: self.key.clone(), stage, step: row.step, curve: self.curve.clone() };
+                Checkpoint { state, trunk, autoencoder, optimizer }.write(self.folder)?;
+                self.curve.write_table(self.folder)?;
+            }
+            let step = Progress::Step { stage, step: row.step, steps, loss: row.total };
+            if self.tell(&step).is_break() {
+                return Err(TrainError::Stopped { stage, step: row.step });
+            }
+        }
+        Ok(module)
+    }
+
+    /// A linear warm-up, then a cosine down to a hundredth.
+    fn learning_rate(&self, index: usize, steps: usize) -> f64 {
+        let warm_up = (steps / 10).clamp(1, 200) as f64;
+        let done = index as f64 / steps as f64;
+        let cosine = 0.5 * (1.0 + libm::cos(std::f64::consts::PI * done));
+        self.spec.learning_rate * ((index + 1) as f64 / warm_up).min(1.0) * (0.99 * cosine + 0.01)
+    }
+}
+
+/// The number in a tensor of one.
+pub(crate) fn scalar(tensor: &Tensor<1>) -> f64 {
+    f64::from(tensor.clone().into_scalar::<f32>())
+}

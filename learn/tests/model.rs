@@ -1,0 +1,202 @@
+//! A trained model as the estimator sees it.
+
+mod support;
+
+use approx::assert_relative_eq;
+use nalgebra::{DMatrix, DVector};
+use support::{tiny_model, validation_views};
+use vantage_dataset::crop::CROP_BYTES;
+use vantage_dataset::viewpoint::CONDITIONING;
+use vantage_dataset::{Crop, Viewpoint};
+use vantage_learn::{
+    CANARY, Canary, CanaryCase, GraphError, LatentGaussian, ModelError, ResidualNoise, Role, ViewpointModel,
+};
+
+fn model() -> ViewpointModel {
+    ViewpointModel::load(&tiny_model()).unwrap()
+}
+
+fn canary() -> Vec<CanaryCase> {
+    let json = std::fs::read_to_string(tiny_model().join(CANARY)).unwrap();
+    serde_json::from_str::<Canary>(&json).unwrap().cases
+}
+
+fn vector(numbers: &[f32]) -> DVector<f64> {
+    DVector::from_iterator(numbers.len(), numbers.iter().map(|&number| f64::from(number)))
+}
+
+fn conditioning(numbers: &[f32]) -> [f64; CONDITIONING] {
+    std::array::from_fn(|i| f64::from(numbers[i]))
+}
+
+fn crop(planes: &[f32]) -> Crop {
+    let mut crop = Crop::black();
+    for index in 0..CROP_BYTES {
+        crop.0[index] = (planes[(index % 3) * CROP_BYTES / 3 + index / 3] * 255.0).round() as u8;
+    }
+    crop
+}
+
+/// A latent and a viewpoint's conditioning that the model has use for.
+fn state(model: &ViewpointModel) -> (DVector<f64>, Viewpoint) {
+    let views = validation_views().views;
+    let factors: Vec<_> =
+        views[..3].iter().map(|view| model.encode(&view.crop, &view.viewpoint).unwrap()).collect();
+    (LatentGaussian::posterior(model.latent().dimension(), &factors).mean, views[5].viewpoint)
+}
+
+#[test]
+fn tract_computes_what_the_trainer_computed() {
+    let model = model();
+    let close = |got: &DVector<f64>, expected: &[f32]| {
+        assert_relative_eq!(*got, vector(expected), epsilon = 1e-5, max_relative = 1e-5);
+    };
+    let mut replayed = Vec::new();
+    for CanaryCase { role, inputs, outputs } in canary() {
+        match role {
+            Role::Measurement => close(&model.measure(&crop(&inputs[0])).unwrap(), &outputs[0]),
+            Role::Decoder => {
+                close(&model.predict(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap(), &outputs[0]);
+            }
+            Role::DecoderJacobian => {
+                let at = model.linearize(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap();
+                close(&at.measurement, &outputs[0]);
+                let rows = |matrix: &DMatrix<f64>| DVector::from_column_slice(matrix.transpose().as_slice());
+                close(&rows(&at.d_latent), &outputs[1]);
+                close(&rows(&at.d_conditioning), &outputs[2]);
+            }
+            Role::Image => {
+                let got = model.reconstruct(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap();
+                let planes = got.to_chw();
+                assert!(planes.iter().zip(&outputs[0]).all(|(got, expected)| (got - expected).abs() < 0.003));
+            }
+            Role::Encoder => {}
+        }
+        replayed.push(role);
+    }
+    replayed.dedup();
+    assert!(Role::ALL.iter().all(|role| replayed.contains(role)));
+}
+
+#[test]
+fn encoding_a_crop_gives_the_canary_and_a_shared_variance_in_each_pair() {
+    let model = model();
+    let layout = model.latent();
+    let (first, pairs) = (layout.invariant, layout.pairs());
+    let view = &support::training_views().views[0];
+    let case = canary().into_iter().find(|case| case.role == Role::Encoder).unwrap();
+    let factor = model.encode(&view.crop, &view.viewpoint).unwrap();
+    assert_relative_eq!(factor.mean, vector(&case.outputs[0]), epsilon = 1e-5, max_relative = 1e-5);
+    let log_variance = factor.variance.map(f64::ln);
+    assert_relative_eq!(log_variance, vector(&case.outputs[1]), epsilon = 1e-5, max_relative = 1e-5);
+    assert_eq!(factor.variance.rows(first, pairs), factor.variance.rows(first + pairs, pairs));
+}
+
+#[test]
+fn the_jacobian_graph_matches_central_differences_of_the_decoder() {
+    let model = model();
+    let (latent, viewpoint) = state(&model);
+    let x = viewpoint.conditioning();
+    let at = model.linearize(&latent, &x).unwrap();
+    assert_relative_eq!(at.measurement, model.predict(&latent, &x).unwrap(), epsilon = 1e-6);
+    let numbers = latent.len() + CONDITIONING;
+    let jacobian = DMatrix::from_fn(at.measurement.len(), numbers, |row, column| {
+        if column < latent.len() {
+            at.d_latent[(row, column)]
+        } else {
+            at.d_conditioning[(row, column - latent.len())]
+        }
+    });
+    const STEP: f64 = 3e-3;
+    let mut kinks = 0;
+    for column in 0..numbers {
+        let moved = |step: f64| {
+            let (mut latent, mut x) = (latent.clone(), x);
+            match column.checked_sub(latent.len()) {
+                None => latent[column] += step,
+                Some(index) => x[index] += step,
+            }
+            model.predict(&latent, &x).unwrap()
+        };
+        let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+        let error = (&difference - jacobian.column(column)).amax();
+        let scale = jacobian.amax();
+        // A ReLU that switches within the step spoils a column; most columns meet none.
+        if error > 2e-3 * scale {
+            kinks += 1;
+        }
+    }
+    assert!(kinks <= numbers / 8, "{kinks} of {numbers} columns differ");
+}
+
+#[test]
+fn turning_the_viewpoint_turns_what_is_encoded() {
+    let model = model();
+    let view = &validation_views().views[4];
+    let here = model.encode(&view.crop, &view.viewpoint).unwrap();
+    for angle in [0.3, 2.0, -2.7] {
+        let there = model.encode(&view.crop, &view.viewpoint.turned(angle)).unwrap();
+        let turned = model.latent().turned(&here.mean, angle);
+        assert!((&turned - &here.mean).norm() > 0.05);
+        assert_relative_eq!(there.mean, turned, epsilon = 1e-5);
+        assert_relative_eq!(there.variance, here.variance, max_relative = 1e-5);
+    }
+}
+
+#[test]
+fn noise_latent_and_identity_are_told() {
+    let model = model();
+    assert_eq!(model.noise().dimension(), 6);
+    assert_eq!(model.measurement_dim(), 6);
+    assert_eq!(model.latent().dimension(), 30);
+    assert_eq!(model.hash().len(), 64);
+    let manifest = model.manifest();
+    assert_eq!((manifest.training.instances, manifest.training.views), (12, 96));
+    assert_eq!(manifest.training.data_hash, vantage_learn::view_set_hash(&support::training_views()));
+    assert_eq!(manifest.training.scene_hash, "a scene");
+}
+
+#[test]
+fn the_noise_whitens_the_residuals_it_was_fitted_to() {
+    let model = model();
+    let noise: &ResidualNoise = model.noise();
+    let set = validation_views();
+    let mut squares = Vec::new();
+    for instance in set.views.chunks(8) {
+        let encoded = |view: &vantage_dataset::View| model.encode(&view.crop, &view.viewpoint).unwrap();
+        let factors: Vec<_> = instance[..3].iter().map(encoded).collect();
+        let latent = LatentGaussian::posterior(30, &factors).mean;
+        for view in &instance[3..] {
+            let expected = model.predict(&latent, &view.viewpoint.conditioning()).unwrap();
+            let residual = model.measure(&view.crop).unwrap() - expected;
+            squares.push((noise.sqrt_information() * residual).norm_squared());
+        }
+    }
+    squares.sort_by(f64::total_cmp);
+    let median = squares[squares.len() / 2];
+    assert!(
+        (2.0..15.0).contains(&median),
+        "median of the whitened squares {median}, {}",
+        noise.degrees_of_freedom
+    );
+}
+
+#[test]
+fn a_latent_of_the_wrong_length_is_an_error() {
+    let error = model().predict(&DVector::zeros(29), &[0.0; CONDITIONING]).unwrap_err();
+    let ModelError::Run { role: Role::Decoder, source: GraphError::Input { got: 29, expected: 30, .. } } =
+        error
+    else {
+        panic!("{error}");
+    };
+}
+
+#[test]
+fn states_out_of_all_range_are_errors() {
+    let model = model();
+    for value in [f64::NAN, f64::INFINITY, f64::MAX, -3e38, 1.1e6] {
+        let error = model.predict(&DVector::from_element(30, value), &[1.0; CONDITIONING]).unwrap_err();
+        assert!(matches!(error, ModelError::Run { source: GraphError::InputRange { .. }, .. }), "{error}");
+    }
+    model.predict(&DVector::from_element(30, 1e6), &[1.0; CONDITIONING]).unwrap();
+}

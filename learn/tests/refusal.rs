@@ -1,0 +1,269 @@
+//! Folders that must be refused, each for the right reason.
+
+mod support;
+
+use prost::Message;
+use std::fs;
+use std::path::{Path, PathBuf};
+use support::tiny_model;
+use tempfile::TempDir;
+use tract_onnx::pb::tensor_shape_proto::dimension::Value as Size;
+use tract_onnx::pb::type_proto::Value;
+use tract_onnx::pb::{ModelProto, StringStringEntryProto};
+use vantage_learn::{CANARY, GraphError, LARGEST_FILE, MANIFEST, ModelError, Role, ViewpointModel};
+
+fn copied() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for file in files() {
+        fs::copy(tiny_model().join(&file), folder.path().join(&file)).unwrap();
+    }
+    folder
+}
+
+fn files() -> Vec<String> {
+    let graphs = Role::ALL.iter().map(|role| role.file().to_owned());
+    graphs.chain([MANIFEST.to_owned(), CANARY.to_owned()]).collect()
+}
+
+fn error(folder: &TempDir) -> ModelError {
+    ViewpointModel::load(folder.path()).unwrap_err()
+}
+
+/// The error of a folder whose graph of a role was changed.
+fn changed(role: Role, change: impl FnOnce(&mut ModelProto)) -> GraphError {
+    let folder = copied();
+    change_graph(&folder, role, change);
+    match error(&folder) {
+        ModelError::Graph { path, source } => {
+            assert_eq!(path, folder.path().join(role.file()));
+            source
+        }
+        other => panic!("{other}"),
+    }
+}
+
+fn change_graph(folder: &TempDir, role: Role, change: impl FnOnce(&mut ModelProto)) -> Vec<u8> {
+    let path = folder.path().join(role.file());
+    let mut model = ModelProto::decode(&*fs::read(&path).unwrap()).unwrap();
+    change(&mut model);
+    fs::write(&path, model.encode_to_vec()).unwrap();
+    model.encode_to_vec()
+}
+
+fn change_manifest(folder: &TempDir, change: impl FnOnce(&mut serde_json::Value)) {
+    let path = folder.path().join(MANIFEST);
+    let mut manifest = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    change(&mut manifest);
+    fs::write(&path, serde_json::to_vec(&manifest).unwrap()).unwrap();
+}
+
+#[test]
+fn an_unchanged_copy_loads() {
+    ViewpointModel::load(copied().path()).unwrap();
+}
+
+#[test]
+fn any_missing_file_is_named() {
+    for file in files() {
+        let folder = copied();
+        fs::remove_file(folder.path().join(&file)).unwrap();
+        let error = error(&folder);
+        assert!(matches!(&error, ModelError::Read { path, .. } if path.ends_with(&file)), "{error}");
+    }
+    assert!(matches!(ViewpointModel::load(Path::new("no/such/folder")), Err(ModelError::Read { .. })));
+}
+
+#[test]
+fn truncated_files_are_refused_at_any_length() {
+    for file in files() {
+        let whole = fs::read(tiny_model().join(&file)).unwrap();
+        for part in [0, 1, 7, whole.len() / 3, whole.len() / 2, whole.len() - 1] {
+            let folder = copied();
+            fs::write(folder.path().join(&file), &whole[..part]).unwrap();
+            let error = error(&folder);
+            assert!(error.to_string().contains(&file), "{file} cut to {part} bytes: {error}");
+        }
+    }
+}
+
+#[test]
+fn files_too_large_are_not_read() {
+    let folder = copied();
+    fs::File::options()
+        .write(true)
+        .open(folder.path().join("encoder.onnx"))
+        .and_then(|file| file.set_len(LARGEST_FILE + 1))
+        .unwrap();
+    assert!(matches!(error(&folder), ModelError::TooLarge { limit: LARGEST_FILE, .. }));
+}
+
+#[test]
+fn weights_that_are_not_finite_are_refused() {
+    for poison in [f32::NAN, f32::INFINITY] {
+        let error = changed(Role::Decoder, |model| {
+            let weight = &mut model.graph.as_mut().unwrap().initializer[2];
+            weight.raw_data[8..12].copy_from_slice(&poison.to_le_bytes());
+        });
+        assert!(matches!(error, GraphError::NonFiniteWeight { index: 2, .. }), "{error}");
+    }
+}
+
+#[test]
+fn external_data_is_refused() {
+    let error = changed(Role::Measurement, |model| {
+        let weight = &mut model.graph.as_mut().unwrap().initializer[1];
+        weight.raw_data.clear();
+        weight.data_location = Some(1);
+        let (key, value) = ("location".to_owned(), "../../etc/passwd".to_owned());
+        weight.external_data.push(StringStringEntryProto { key, value });
+    });
+    assert!(matches!(error, GraphError::ExternalData { .. }), "{error}");
+}
+
+#[test]
+fn other_operators_are_refused() {
+    let error = changed(Role::Image, |model| model.graph.as_mut().unwrap().node[3].op_type = "Loop".into());
+    assert!(matches!(&error, GraphError::Operator { operator, .. } if operator == "Loop"), "{error}");
+    let error =
+        changed(Role::Image, |model| model.graph.as_mut().unwrap().node[3].domain = "com.evil".into());
+    assert!(
+        matches!(&error, GraphError::Operator { operator, .. } if operator.starts_with("com.evil.")),
+        "{error}"
+    );
+    let error = changed(Role::Image, |model| model.opset_import[0].version = 12);
+    assert!(matches!(error, GraphError::Opset { .. }), "{error}");
+}
+
+#[test]
+fn other_shapes_are_refused() {
+    let error = changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[1].dims[0] += 1);
+    assert!(matches!(error, GraphError::WeightSize { .. }), "{error}");
+    let error =
+        changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[1].dims[0] = i64::MAX);
+    assert!(matches!(error, GraphError::WeightSize { .. }), "{error}");
+
+    let error = changed(Role::DecoderJacobian, |model| {
+        let output = &mut model.graph.as_mut().unwrap().output[1];
+        let Some(Value::TensorType(tensor)) = output.r#type.as_mut().unwrap().value.as_mut() else {
+            panic!()
+        };
+        tensor.shape.as_mut().unwrap().dim[1].value = Some(Size::DimValue(31));
+    });
+    assert!(error.to_string().contains("[6, 31]") && error.to_string().contains("[6, 30]"), "{error}");
+    let error =
+        changed(Role::Decoder, |model| model.graph.as_mut().unwrap().input[0].name = "embedding".into());
+    assert!(matches!(error, GraphError::Signature { side: "inputs", .. }), "{error}");
+}
+
+#[test]
+fn graphs_that_do_not_compute_what_they_declare_are_refused() {
+    let error = changed(Role::Decoder, |model| {
+        let graph = model.graph.as_mut().unwrap();
+        graph.node.last_mut().unwrap().input[0] = "latent".into();
+    });
+    assert!(matches!(error, GraphError::Refused { .. }), "{error}");
+    let error = changed(Role::Decoder, |model| {
+        let graph = model.graph.as_mut().unwrap();
+        graph.node.last_mut().unwrap().output[0] = "elsewhere".into();
+    });
+    assert!(matches!(error, GraphError::Wiring { .. }), "{error}");
+    let error = changed(Role::Measurement, |model| model.graph = None);
+    assert!(matches!(error, GraphError::Malformed { .. }), "{error}");
+}
+
+#[test]
+fn a_graph_of_another_model_is_noticed_by_hash_and_by_canary() {
+    let folder = copied();
+    let bytes = change_graph(&folder, Role::Decoder, |model| {
+        let weight = &mut model.graph.as_mut().unwrap().initializer[4];
+        weight.raw_data[..4].copy_from_slice(&3.5f32.to_le_bytes());
+        let bias = model.graph.as_mut().unwrap().initializer.last_mut().unwrap();
+        bias.raw_data[..4].copy_from_slice(&9f32.to_le_bytes());
+    });
+    assert!(matches!(error(&folder), ModelError::Hash { .. }));
+    change_manifest(&folder, |manifest| {
+        manifest["graphs"]["decoder"]["blake3"] = blake3::hash(&bytes).to_hex().to_string().into();
+    });
+    let error = error(&folder);
+    assert!(matches!(&error, ModelError::Canary { output, .. } if output == "measurement"), "{error}");
+}
+
+#[test]
+fn manifests_of_other_versions_or_with_contradictions_are_refused() {
+    type Change = fn(&mut serde_json::Value);
+    let cases: [(Change, &str); 8] = [
+        (|m| m["version"] = 2.into(), "version 2"),
+        (|m| m["format"] = "another".into(), "another"),
+        (|m| m["surprise"] = 1.into(), "surprise"),
+        (|m| m["opset"] = 11.into(), "opset"),
+        (|m| m["conditioning"][0] = "yaw".into(), "conditioning"),
+        (|m| m["architecture"]["latent"]["invariant"] = 11.into(), "Encoder"),
+        (|m| m["residual"]["degrees_of_freedom"] = 0.into(), "degrees_of_freedom"),
+        (|m| m["graphs"]["image"]["file"] = "../image.onnx".into(), "../image.onnx"),
+    ];
+    for (change, named) in cases {
+        let folder = copied();
+        change_manifest(&folder, change);
+        let message = error(&folder).to_string();
+        assert!(message.contains(named), "{message}");
+    }
+}
+
+#[test]
+fn a_canary_cannot_allow_everything() {
+    let folder = copied();
+    let path = folder.path().join(CANARY);
+    let lax = fs::read_to_string(&path).unwrap().replacen("\"tolerance\": 0.0001", "\"tolerance\": 1e9", 1);
+    fs::write(&path, &lax).unwrap();
+    assert!(matches!(error(&folder), ModelError::Hash { .. }));
+    change_manifest(&folder, |manifest| {
+        manifest["canary"]["blake3"] = blake3::hash(lax.as_bytes()).to_hex().to_string().into();
+    });
+    assert!(matches!(error(&folder), ModelError::Manifest { field, .. } if field == "tolerance"));
+}
+
+#[test]
+fn any_damaged_byte_is_noticed() {
+    for file in files() {
+        let whole = fs::read(tiny_model().join(&file)).unwrap();
+        // The manifest says what is right; a digit changed in it can be another valid manifest.
+        for part in (0..if file == MANIFEST { 0 } else { 6 }).map(|i| (i * 7919 + 13) % whole.len()) {
+            let folder = copied();
+            let mut bytes = whole.clone();
+            bytes[part] ^= 0x15;
+            fs::write(folder.path().join(&file), bytes).unwrap();
+            assert!(ViewpointModel::load(folder.path()).is_err(), "{file} at {part}");
+        }
+    }
+}
+
+/// Foreign ONNX files, where the workspace has them beside it.
+#[test]
+fn foreign_models_are_refused() {
+    let shared = std::env::var_os("VANTAGE_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+    let found = onnx_files(&shared.join("data/onnx"));
+    if found.is_empty() {
+        println!("skipped: no ONNX files in {:?}; set VANTAGE_SHARED", shared.join("data/onnx"));
+        return;
+    }
+    for path in found {
+        let folder = copied();
+        fs::copy(&path, folder.path().join("encoder.onnx")).unwrap();
+        let error = error(&folder);
+        assert!(matches!(error, ModelError::Graph { .. }), "{path:?}: {error}");
+    }
+}
+
+fn onnx_files(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut files = Vec::new();
+    for path in entries.map(|entry| entry.unwrap().path()) {
+        if path.is_dir() {
+            files.extend(onnx_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "onnx") {
+            files.push(path);
+        }
+    }
+    files
+}

@@ -1,0 +1,61 @@
+//! What the tests share: a tiny training, and the model it gives.
+
+pub mod synthetic;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use tempfile::TempDir;
+use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_learn::{Progress, TrainError, TrainingSpec, train};
+
+pub fn tiny_spec() -> TrainingSpec {
+    TrainingSpec {
+        trunk_steps: 40,
+        trunk_batch: 16,
+        steps: 60,
+        batch: 8,
+        views: 4,
+        context: 3,
+        learning_rate: 5e-3,
+        latent_dim: 30,
+        measurement_dim: 6,
+        checkpoint_every: 15,
+        ..TrainingSpec::default()
+    }
+}
+
+pub fn training_views() -> ViewSet {
+    synthetic::views(Split::Train, 12, 8, 1)
+}
+
+pub fn validation_views() -> ViewSet {
+    synthetic::views(Split::Validation, 8, 8, 2)
+}
+
+/// A training in `folder`, told to stop wherever `stop` says so.
+pub fn tiny_training(
+    folder: &Path,
+    spec: &TrainingSpec,
+    stop: impl Fn(&Progress) -> bool,
+) -> Result<Vec<Progress>, TrainError> {
+    let mut told = Vec::new();
+    let mut progress = |progress: &Progress| {
+        told.push(progress.clone());
+        if stop(progress) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let (views, held_out) = (training_views(), validation_views());
+    train(&views, &held_out, spec, Seed(0), "a scene", folder, &mut progress)?;
+    Ok(told)
+}
+
+/// The folder of a model of [`tiny_spec`], trained once for all tests of a binary.
+pub fn tiny_model() -> PathBuf {
+    static MODEL: OnceLock<TempDir> = OnceLock::new();
+    let folder = MODEL.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        tiny_training(folder.path(), &tiny_spec(), |_| false).unwrap();
+        folder
+    });
+    folder.path().to_owned()
+}

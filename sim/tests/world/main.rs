@@ -1,0 +1,10 @@
+//! From scenes to episodes and views, with the real engine, objects and reference renderer.
+
+mod detect;
+mod determinism;
+mod drive;
+mod look;
+mod scene;
+mod scene_file;
+mod settle;
+mod views;

@@ -1,0 +1,100 @@
+use crate::scene::{checked, shipped, small};
+use garde::Validate;
+use vantage_dataset::{Seed, Split};
+use vantage_sim::episode::roll_out;
+use vantage_sim::error::SimError;
+use vantage_sim::render::reference::ReferenceRenderer;
+use vantage_sim::scene::{CheckedScene, PathSpec, SceneSpec, SurfaceSpec, WorldSpec};
+use vantage_sim::views::training_views;
+
+/// Every violation, one a line.
+fn refusal(spec: SceneSpec) -> String {
+    CheckedScene::new(spec).expect_err("the scene breaks a rule").to_string()
+}
+
+#[test]
+fn shipped_scenes_pass_and_share_their_views() {
+    let scenes = ["tabletop", "sparse_loop"].map(|name| checked(shipped(name)));
+    assert_eq!(scenes[0].view_conditions(), scenes[1].view_conditions());
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    let mut spec = small();
+    spec.world.spacing = f64::NAN;
+    spec.robot.speed = f64::INFINITY;
+    spec.robot.camera.height = -f64::NAN;
+    spec.world.lighting.ambient.0[1] = f64::NAN;
+    let said = refusal(spec);
+    for field in ["world.spacing", "robot.speed", "robot.camera.height", "world.lighting.ambient"] {
+        assert!(said.contains(field), "{field} is missing in:\n{said}");
+    }
+}
+
+#[test]
+fn parts_that_do_not_fit_together_are_refused() {
+    let mut bumping = small();
+    bumping.world.surface = SurfaceSpec::RectangularTable { length: 2.5, width: 0.4, height: 0.7 };
+    assert!(refusal(bumping).contains("bump into"));
+    let mut outside = small();
+    outside.robot.path = PathSpec::Circle { radius: 4.0 };
+    assert!(refusal(outside).contains("room"));
+    let mut corners = small();
+    corners.robot.path = PathSpec::RoundedRectangle { length: 4.0, width: 3.0, corner_radius: 1.6 };
+    assert!(refusal(corners).contains("half the shorter"));
+}
+
+#[test]
+fn zero_objects_and_families_listed_twice_are_refused() {
+    let mut spec = small();
+    spec.world.objects = 0;
+    spec.world.families.push(spec.world.families[0]);
+    let said = refusal(spec);
+    assert!(said.contains("world.objects") && said.contains("more than once"), "{said}");
+}
+
+#[test]
+fn unknown_and_duplicate_keys_are_refused_by_name_and_line() {
+    let room = "{ length: 6, width: 5, height: 2.6 }";
+    let world = |extra: &str| {
+        format!(
+            "surface:\n  round_table: {{ radius: 0.6, height: 0.7 }}\nfamilies: [mug]\nobjects: 3\nspacing: 0.1\n\
+             room: {room}\nlighting: {{ ambient: [0.1, 0.2], directional: [1, 1], elevation_deg: [20, 30], tint: 0 }}\n\
+             {extra}"
+        )
+    };
+    serde_saphyr::from_str::<WorldSpec>(&world("")).unwrap().validate().unwrap();
+    for extra in ["objecs: 4\n", "objects: 4\n", &format!("room: {room}\n")] {
+        let said = serde_saphyr::from_str::<WorldSpec>(&world(extra)).expect_err(extra).to_string();
+        assert!(said.contains("line 8"), "{said}");
+    }
+}
+
+#[test]
+fn every_violation_is_reported_with_its_line() {
+    let text = "length: 0.1\nwidth: .nan\nheight: 99\n";
+    let said =
+        serde_saphyr::from_str_valid::<vantage_sim::scene::RoomSpec>(text).expect_err(text).to_string();
+    for line in ["line 1", "line 2", "line 3"] {
+        assert!(said.contains(line), "{line} is missing in:\n{said}");
+    }
+}
+
+#[test]
+fn a_scene_far_too_large_is_refused_before_it_starts() {
+    let mut crowded = small();
+    crowded.world.objects = 2_000_000;
+    let got = roll_out(&checked(crowded), Seed(0), Split::Test, &mut |_| ()).err().unwrap();
+    assert!(matches!(got, SimError::TooLarge { bytes: 100_000_000_000.., .. }), "{got}");
+
+    let mut slow = small();
+    slow.robot.laps = 100.0;
+    slow.robot.speed = 0.01;
+    let got = roll_out(&checked(slow), Seed(0), Split::Test, &mut |_| ()).err().unwrap();
+    assert!(matches!(got, SimError::TooLong { .. }), "{got}");
+
+    let conditions = checked(small()).view_conditions();
+    let mut renderer = ReferenceRenderer::default();
+    let got = training_views(&conditions, Split::Train, 10_000_000, Seed(0), &mut renderer, &mut |_| ());
+    assert!(matches!(got, Err(SimError::TooLarge { .. })));
+}

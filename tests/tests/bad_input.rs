@@ -1,0 +1,98 @@
+//! Bad scenes, models and folders: a message that names the fault and its place, and the documented exit code.
+
+use std::fs;
+use vantage_tests::{Finished, SmallScene, bench, root};
+
+fn refused(old: &str, new: &str, code: i32, words: &[&str]) {
+    SmallScene::new(&[(old, new)]).run().expect(code, words);
+}
+
+#[test]
+fn malformed_scenes_are_refused_with_line_and_column() {
+    refused("objects: 3", "objects: [3", 2, &["scene.yaml:"]);
+    refused("objects: 3", "objcts: 3", 2, &["scene.yaml:9:3", "objcts"]);
+    refused("objects: 3", "objects: 3\n  objects: 4", 2, &["scene.yaml:10:3", "objects"]);
+    refused("objects: 3", "objects: three", 2, &["scene.yaml:9:12"]);
+    refused("speed: 0.3", "speed: .nan", 2, &["scene.yaml:21:10"]);
+    refused("height: 0.72", "height: -1", 2, &["scene.yaml:", "height"]);
+    refused("objects: 3", "objects: 0", 2, &["scene.yaml:9:12"]);
+    refused("families: [mug, duck, carton, teapot]", "families: [mug, dragon]", 2, &["dragon"]);
+}
+
+#[test]
+fn every_violation_is_reported_at_once() {
+    let scene = SmallScene::new(&[("speed: 0.3", "speed: -1"), ("objects: 3", "objects: 0")]);
+    scene.run().expect(2, &["scene.yaml:9:12", "scene.yaml:21:10"]);
+}
+
+#[test]
+fn scenes_that_no_machine_could_run_are_refused_before_they_start() {
+    refused("steps: 12", "steps: 4000000000", 2, &["steps"]);
+    refused("{ width: 320, height: 240,", "{ width: 320000, height: 240000,", 2, &["width"]);
+    refused("objects: 3", "objects: 40", 2, &["fit"]);
+}
+
+#[test]
+fn a_path_that_sees_nothing_is_said_and_ends_with_4() {
+    let scene = SmallScene::new(&[("yaw_deg: 90", "yaw_deg: -90")]);
+    scene.run().expect(4, &["no object was detected"]);
+    assert!(scene.path("out/small/results.json").exists());
+}
+
+#[test]
+fn without_a_vulkan_driver_wgpu_is_refused_and_auto_falls_back() {
+    let scene = SmallScene::new(&[]);
+    let run = |renderer: &str| {
+        let mut command = bench();
+        command.arg(scene.path("scene.yaml")).args(["--renderer", renderer, "--seeds", "1", "--out"]);
+        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+        for name in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+            command.env(name, "/nonexistent/driver.json");
+        }
+        Finished::of(&mut command)
+    };
+    run("wgpu").expect(3, &["mesa-vulkan-drivers", "--renderer reference"]);
+    run("auto").expect(0, &["mesa-vulkan-drivers"]);
+}
+
+#[test]
+fn models_that_cannot_be_used_are_refused() {
+    let scene = SmallScene::new(&[]);
+    let with_model = |name: &str| {
+        let mut command = scene.command();
+        Finished::of(command.arg("--model").arg(scene.path(name)))
+    };
+    with_model("missing").expect(5, &["missing"]);
+
+    let copy = |name: &str| {
+        let folder = scene.path(name);
+        fs::create_dir(&folder).expect("a folder");
+        for entry in fs::read_dir(root().join("models/objects")).expect("the committed model") {
+            let entry = entry.expect("an entry");
+            fs::copy(entry.path(), folder.join(entry.file_name())).expect("a copy");
+        }
+        folder
+    };
+    let truncated = copy("truncated").join("decoder.onnx");
+    let bytes = fs::read(&truncated).expect("a graph");
+    fs::write(&truncated, &bytes[..bytes.len() / 2]).expect("half a graph");
+    with_model("truncated").expect(5, &["decoder.onnx"]);
+
+    fs::remove_file(copy("unlisted").join("training_instances.txt")).expect("a list");
+    with_model("unlisted").expect(5, &["training_instances.txt"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_found_before_any_work() {
+    let scene = SmallScene::new(&[]);
+    fs::write(scene.path("out"), "a file").expect("a file");
+    scene.run().expect(6, &["out", "--out"]);
+    assert!(!scene.path("cache").exists());
+}
+
+#[test]
+fn wrong_arguments_and_missing_files_end_with_2() {
+    Finished::of(bench().arg("--nonsense")).expect(2, &["--nonsense"]);
+    Finished::of(&mut bench()).expect(2, &[]);
+    Finished::of(bench().arg("scenes/missing.yaml")).expect(2, &["scenes/missing.yaml"]);
+}

@@ -1,0 +1,34 @@
+//! `bench check`: passes on what was just written, and exits with 10 on a change of accuracy either way.
+
+use std::fs;
+use vantage_tests::{Finished, SmallScene, bench};
+
+fn check(scene: &SmallScene) -> Finished {
+    let mut command = bench();
+    command.arg("check").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--baseline"]);
+    command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+    Finished::of(&mut command)
+}
+
+#[test]
+fn a_regression_ends_with_10_and_a_table() {
+    let scene = SmallScene::new(&[]);
+    check(&scene).expect(2, &["results.json"]);
+    scene.run().expect(0, &[]);
+    let passed = check(&scene);
+    passed.expect(0, &[]);
+    assert!(passed.stdout.starts_with("0 regressed"), "{}", passed.stdout);
+
+    let path = scene.path("out/small/results.json");
+    let mut results: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&path).expect("results")).expect("JSON");
+    let runs = results["tables"][0]["runs"].as_array_mut().expect("runs");
+    for run in runs {
+        let ate = run["scores"]["ate"].as_f64().expect("an ATE");
+        run["scores"]["ate"] = (ate * 0.2).into();
+    }
+    fs::write(&path, results.to_string()).expect("a better past");
+    let moved = check(&scene);
+    moved.expect(10, &[]);
+    assert!(moved.stdout.contains("REGRESSED"), "{}", moved.stdout);
+}

@@ -1,0 +1,99 @@
+//! The same scene gives the same bytes, whatever happened before: twice, killed, damaged, with another run beside.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+use vantage_tests::{Finished, SmallScene};
+
+/// Every file below a folder but the manifest, which holds times, by name.
+fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(&next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if !path.ends_with("manifest.json") {
+                let name = path.strip_prefix(folder).expect("a file below").to_owned();
+                found.push((name, fs::read(&path).expect("a file")));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn results(scene: &SmallScene) -> Vec<(PathBuf, Vec<u8>)> {
+    let found = files(&scene.path("out/small"));
+    for expected in
+        ["results.json", "trajectory.svg", "crops.png", "1/truth.tum", "1/viewpoint_dependent.tum"]
+    {
+        assert!(found.iter().any(|(name, _)| name == Path::new(expected)), "{expected} is missing");
+    }
+    found
+}
+
+#[test]
+fn runs_agree_to_the_byte_on_one_thread_and_on_two_and_from_the_cache() {
+    let one = SmallScene::new(&[]);
+    Finished::of(one.command().env("RAYON_NUM_THREADS", "1")).expect(0, &[]);
+    let two = SmallScene::new(&[]);
+    Finished::of(two.command().env("RAYON_NUM_THREADS", "2")).expect(0, &[]);
+    let first = results(&one);
+    assert_eq!(first, results(&two));
+
+    let entries = files(&one.path("cache/entries")).len();
+    fs::remove_dir_all(one.path("out")).expect("the first results");
+    one.run().expect(0, &[]);
+    assert_eq!(first, results(&one));
+    assert_eq!(entries, files(&one.path("cache/entries")).len());
+}
+
+#[test]
+fn a_damaged_cache_entry_is_set_aside_told_of_and_made_anew() {
+    let scene = SmallScene::new(&[]);
+    scene.run().expect(0, &[]);
+    let before = results(&scene);
+    let damaged = files(&scene.path("cache/entries"))
+        .into_iter()
+        .find(|(name, _)| name.ends_with("odometry.csv"))
+        .expect("an episode");
+    let path = scene.path("cache/entries").join(damaged.0);
+    let mut bytes = damaged.1;
+    bytes[20] ^= 1;
+    fs::write(&path, bytes).expect("a damaged file");
+    scene.run().expect(0, &["warning", "episode", "quarantine"]);
+    assert_eq!(before, results(&scene));
+}
+
+#[test]
+fn a_killed_run_is_taken_up() {
+    let whole = SmallScene::new(&[]);
+    let start = Instant::now();
+    whole.run().expect(0, &[]);
+    let took = start.elapsed();
+
+    let killed = SmallScene::new(&[]);
+    for part in [0.2, 0.5, 0.8] {
+        let mut child = killed.command().stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("a run");
+        std::thread::sleep(Duration::from_secs_f64(took.as_secs_f64() * part));
+        child.kill().expect("a kill");
+        child.wait().expect("an end");
+    }
+    killed.run().expect(0, &[]);
+    assert_eq!(results(&whole), results(&killed));
+}
+
+#[test]
+fn two_runs_at_once_share_a_cache() {
+    let scene = SmallScene::new(&[]);
+    let mut second = vantage_tests::bench();
+    second.arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]).arg(scene.path("other"));
+    second.arg("--cache").arg(scene.path("cache")).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = second.spawn().expect("a run");
+    scene.run().expect(0, &[]);
+    assert_eq!(child.wait().expect("an end").code(), Some(0));
+    assert_eq!(results(&scene), files(&scene.path("other/small")));
+}

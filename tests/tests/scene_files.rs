@@ -1,0 +1,36 @@
+//! The shipped scenes: the schema beside them is current, holds for each, and each names it.
+
+use std::fs;
+use vantage_tests::{Finished, bench, root};
+
+const SCHEMA: &str = "scenes/scene.schema.json";
+
+#[test]
+fn the_committed_schema_is_current() {
+    let printed = Finished::of(bench().arg("schema"));
+    let committed = fs::read_to_string(root().join(SCHEMA)).unwrap();
+    assert!(printed.stdout == committed, "run `cargo run --release --bin bench schema > {SCHEMA}`");
+}
+
+#[test]
+fn every_scene_names_the_schema_and_fits_it() {
+    let schema = serde_json::from_str(&fs::read_to_string(root().join(SCHEMA)).unwrap()).unwrap();
+    let validator = jsonschema::draft7::new(&schema).unwrap();
+    let mut scenes = 0;
+    for entry in fs::read_dir(root().join("scenes")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "yaml") {
+            continue;
+        }
+        scenes += 1;
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with("# yaml-language-server: $schema=scene.schema.json"), "{}", path.display());
+        let scene: serde_json::Value = serde_saphyr::from_str(&text).unwrap();
+        let errors: Vec<String> = validator.iter_errors(&scene).map(|error| error.to_string()).collect();
+        assert!(errors.is_empty(), "{}: {errors:?}", path.display());
+        let mut broken = scene.clone();
+        broken["world"]["objects"] = "many".into();
+        assert!(!validator.is_valid(&broken));
+    }
+    assert!(scenes >= 2);
+}
