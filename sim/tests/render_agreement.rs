@@ -90,8 +90,8 @@ impl Difference {
 fn compare_frames(wgpu: &mut WgpuRenderer, scene: &RenderScene, shots: &[Shot]) {
     let mut difference = Difference::default();
     for shot in shots {
-        let expected = ReferenceRenderer::new().frame(scene, shot).unwrap();
-        let got = wgpu.frame(scene, shot).unwrap();
+        let expected = ReferenceRenderer::new().frame(scene, shot).expect("the reference renders");
+        let got = wgpu.frame(scene, shot).expect("wgpu renders");
         difference.add((&expected.rgb, &expected.ids), (&got.rgb, &got.ids), shot.camera.width as usize);
         let width = shot.camera.width as usize;
         let inner = inner(&expected.ids, width);

@@ -13,11 +13,11 @@ use vantage_sim::render::{Frame, NEAR, NO_OBJECT, RenderError, RenderScene, Rend
 use vantage_sim::texture::{TEXTURE_SIDE, Texture};
 
 fn frame(scene: &RenderScene, shot: &Shot) -> Frame {
-    ReferenceRenderer::new().frame(scene, shot).unwrap()
+    ReferenceRenderer::new().frame(scene, shot).expect("the shot is possible")
 }
 
 fn tile(shot: TileShot<'_>, side: u32) -> Tile {
-    ReferenceRenderer::new().tiles(&[shot], side).unwrap().remove(0)
+    ReferenceRenderer::new().tiles(&[shot], side).expect("the shot is possible").remove(0)
 }
 
 fn overview() -> Shot {
@@ -54,7 +54,7 @@ fn pictures_are_the_same_bits_on_any_machine() {
     // Re-mint only with a line in the changelog that says why pictures changed.
     assert_eq!(
         hasher.finalize().to_hex().as_str(),
-        "549276e5a1005ee3a503df715cfc4cce718b4e4dd01778ca5e87eebdbc034383"
+        "81b852c811c7cb9b73c103a2f98f957a9224fc457247f8ccb9c252bdddef97fc"
     );
 }
 
@@ -118,7 +118,7 @@ fn a_floor_that_crosses_the_near_plane_has_the_depth_and_texture_of_its_rays() {
     };
     let floor = Arc::new(Model { mesh, texture: Texture::new(halves) });
     let scene = scene_of(vec![placed(&floor, [0.0; 3], 0.0, 3)]);
-    let shot = look_at([0.0, -2.0, 5.0], [5.0, 30.0, 3.0]);
+    let shot = look_at([0.0, -2.0, 5.0], [0.0, 30.0, 3.0]);
     let picture = frame(&scene, &shot);
     let mut checked = [0, 0];
     for (index, &depth) in picture.depth.iter().enumerate() {
