@@ -124,9 +124,8 @@ impl Physics {
     }
 }
 
-/// The points of a hull, lifted a little where they are on its underside, but for the four that span it most widely:
-/// the engine touches with four corners of a face at most, and of a round underside would take four neighbours, on
-/// which nothing stands.
+/// The points of a hull, of its underside only the four that span it most widely: the engine touches with four
+/// corners of a face at most, and of a round underside would take four neighbours, on which nothing stands.
 fn on_four_feet(hull: &[[f32; 3]]) -> Vec<Vector> {
     let lowest = hull.iter().map(|p| p[2]).fold(f32::INFINITY, f32::min);
     let (under, over): (Vec<_>, Vec<_>) =
@@ -136,8 +135,7 @@ fn on_four_feet(hull: &[[f32; 3]]) -> Vec<Vector> {
         let reach = |p: &Vector| along_x * p.x + along_y * p.y;
         under.iter().copied().max_by(|a, b| reach(a).total_cmp(&reach(b)))
     });
-    let lifted = under.iter().map(|p| *p + Vector::Z * UNDERSIDE);
-    over.into_iter().chain(feet).chain(lifted).collect()
+    over.into_iter().chain(feet).collect()
 }
 
 /// The engine's cylinders lie along y.

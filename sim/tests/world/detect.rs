@@ -74,8 +74,8 @@ fn a_box_is_where_the_object_is() {
 
 #[test]
 fn an_occluder_and_the_border_take_their_share() {
-    let whole = Arrangement::of(Family::Crate, &[[2.0, 0.0, 0.0]]).detections(&DETECTOR);
-    let arrangement = Arrangement::of(Family::Crate, &[[2.0, 0.0, 0.0], [1.4, 0.09, 0.0]]);
+    let whole = Arrangement::of(Family::Crate, &[[1.0, 0.0, 0.0]]).detections(&DETECTOR);
+    let arrangement = Arrangement::of(Family::Crate, &[[1.0, 0.0, 0.0], [0.7, 0.09, 0.0]]);
     let seen = arrangement.detections(&DETECTOR);
     let tracks: Vec<usize> = seen.iter().map(|(detection, _)| detection.track).collect();
     assert_eq!(tracks, [0, 1]);

@@ -65,6 +65,7 @@ fn training_views_look_like_detections_of_the_same_viewpoint() {
     }
     let views = set.views.len() as f64;
     let (same, turned) = (same / views, turned / views);
+    println!("same viewpoint {same:.2} of 255, turned by half a radian {turned:.2}");
     assert!(same < 8.0, "views differ from detections by {same} of 255 on average");
     assert!(turned > 2.0 * same, "same viewpoint {same}, turned by half a radian {turned}");
 }
