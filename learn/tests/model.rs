@@ -107,7 +107,7 @@ fn the_jacobian_graph_matches_central_differences_of_the_decoder() {
             at.d_conditioning[(row, column - latent.len())]
         }
     });
-    const STEP: f64 = 3e-3;
+    const STEP: f64 = 1e-3;
     let mut kinks = 0;
     for column in 0..numbers {
         let moved = |step: f64| {

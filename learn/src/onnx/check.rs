@@ -22,9 +22,9 @@ pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<Model
     for weight in &graph.initializer {
         check_weight(weight)?;
     }
-    check_wiring(graph)?;
     check_side("inputs", &graph.input, &signature.inputs)?;
     check_side("outputs", &graph.output, &signature.outputs)?;
+    check_wiring(graph)?;
     Ok(model)
 }
 

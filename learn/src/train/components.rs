@@ -10,6 +10,9 @@ const SAMPLE: usize = 4096;
 /// Directions tried beyond those kept, and rounds of power iteration (Halko, Martinsson and Tropp 2011).
 const SPARE: usize = 16;
 const ROUNDS: usize = 3;
+/// Least share of the largest deviation that a coefficient is divided by, so that directions along which crops hardly
+/// vary are not blown up, rounding errors and all.
+const LEAST_DEVIATION: f32 = 0.01;
 /// Crops in a product with the basis.
 const CHUNK: usize = 512;
 
@@ -45,7 +48,8 @@ impl Components {
         ranked.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         ranked.truncate(components);
         let largest = eigen.eigenvalues.max().max(f32::MIN_POSITIVE);
-        let deviation = |&rank: &usize| eigen.eigenvalues[rank].max(1e-8 * largest).sqrt();
+        let least = LEAST_DEVIATION * largest.sqrt();
+        let deviation = |&rank: &usize| eigen.eigenvalues[rank].max(0.0).sqrt().max(least);
         Self {
             mean,
             deviation: ranked.iter().map(deviation).collect(),
