@@ -14,7 +14,7 @@ pub struct Cli {
     pub command: Option<Command>,
     /// The scene to run, and how.
     #[command(flatten)]
-    pub run: Option<RunArgs>,
+    pub run: RunArgs,
 }
 
 /// What `bench` does.
@@ -34,9 +34,9 @@ pub enum Command {
 /// `bench SCENE`: from a scene file to tables.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct RunArgs {
-    /// The scene file.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
+    /// The scene file; there is always one but under another command.
+    #[arg(value_name = "SCENE", required = true)]
+    pub scene: Option<PathBuf>,
     /// Folder that gets a folder of results by the scene's name.
     #[arg(long, value_name = "DIR", default_value = "results")]
     pub out: PathBuf,
@@ -145,7 +145,7 @@ mod tests {
     fn parse(arguments: &str) -> Result<RunArgs, String> {
         let words = std::iter::once("bench").chain(arguments.split_whitespace());
         let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
-        cli.run.ok_or_else(|| "no scene".to_owned())
+        if cli.command.is_some() { Err("a command".to_owned()) } else { Ok(cli.run) }
     }
 
     #[test]

@@ -106,7 +106,9 @@ fn dataset_hash(episodes: &[(Seed, Result<EpisodeFolder, String>)]) -> String {
 /// Runs the line, prints the tables and writes results, trajectories and pictures below `args.out`.
 pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
-    let scored = score(&args.scene, &args.stages)?;
+    // Required by the command line whenever there is no other command.
+    let scene = args.scene.clone().unwrap_or_default();
+    let scored = score(&scene, &args.stages)?;
     print(&scored, stdout)?;
     let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
     let folder = PathBuf::from(&scored.results.scene);
@@ -114,7 +116,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
     report::write(&out, &scored.results, &scored.manifest)?;
     if scored.detections == 0 {
-        return Err(BenchError::NothingSeen { scene: args.scene.clone() });
+        return Err(BenchError::NothingSeen { scene });
     }
     Ok(Exit::Success)
 }
