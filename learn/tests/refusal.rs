@@ -213,7 +213,7 @@ fn manifests_of_other_versions_or_with_contradictions_are_refused() {
 fn a_canary_cannot_allow_everything() {
     let folder = copied();
     let path = folder.path().join(CANARY);
-    let lax = fs::read_to_string(&path).unwrap().replacen("\"tolerance\": 0.0001", "\"tolerance\": 1e9", 1);
+    let lax = fs::read_to_string(&path).unwrap().replacen("\"tolerance\":0.0001", "\"tolerance\":1e9", 1);
     fs::write(&path, &lax).unwrap();
     assert!(matches!(error(&folder), ModelError::Hash { .. }));
     change_manifest(&folder, |manifest| {

@@ -13,7 +13,7 @@ fn malformed_scenes_are_refused_with_line_and_column() {
     refused("objects: 3", "objcts: 3", 2, &["scene.yaml:9:3", "objcts"]);
     refused("objects: 3", "objects: 3\n  objects: 4", 2, &["scene.yaml:10:3", "objects"]);
     refused("objects: 3", "objects: three", 2, &["scene.yaml:9:12"]);
-    refused("speed: 0.3", "speed: .nan", 2, &["scene.yaml:21:10"]);
+    refused("speed: 0.3", "speed: .nan", 2, &["scene.yaml:22:10"]);
     refused("height: 0.72", "height: -1", 2, &["scene.yaml:", "height"]);
     refused("objects: 3", "objects: 0", 2, &["scene.yaml:9:12"]);
     refused("families: [mug, duck, carton, teapot]", "families: [mug, dragon]", 2, &["dragon"]);
@@ -22,7 +22,7 @@ fn malformed_scenes_are_refused_with_line_and_column() {
 #[test]
 fn every_violation_is_reported_at_once() {
     let scene = SmallScene::new(&[("speed: 0.3", "speed: -1"), ("objects: 3", "objects: 0")]);
-    scene.run().expect(2, &["scene.yaml:9:12", "scene.yaml:21:10"]);
+    scene.run().expect(2, &["scene.yaml:9:12", "scene.yaml:22:10"]);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use vantage_dataset::{Pose, Seed};
 use vantage_slam::{Estimate, EstimateError, EstimatorSpec, Outcome as Ending, Row, estimate};
 
 /// Raised when the estimator's answers change for equal inputs.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const FILE: &str = "answers.json";
 
 #[derive(Serialize)]

@@ -230,3 +230,96 @@ fn spread_seen(b: &mut GraphBuilder, weights: &Weights, d_seen: &str, rows: usiz
     let zeros = b.weight("unseen", &[rows, 2 * HARMONICS], &vec![0.0; rows * 2 * HARMONICS]);
     b.concat(&[&zeros, d_seen], "d_conditioning.seen")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::canary::{Canary, deviation};
+    use crate::onnx::graph::Graph;
+    use crate::train::canaries::Trainer;
+    use crate::train::features::Frozen;
+    use crate::train::network::{Autoencoder, TrunkWithHead};
+    use crate::train::run::training_device;
+    use crate::train::synthetic;
+    use crate::train::views::Views;
+    use burn::module::Module;
+    use burn::tensor::Device;
+    use nalgebra::DVector;
+    use vantage_dataset::{Seed, Split};
+
+    /// Untrained networks of unusual sizes: their graphs, and what burn computes of them.
+    fn exported(decoder_sees_azimuth: bool) -> (Weights, Canary) {
+        let architecture = Architecture {
+            trunk: vec![4, 6],
+            features: 12,
+            measurement: 5,
+            encoder: vec![16],
+            latent: LatentLayout { invariant: 3, pairs_per_harmonic: 2 },
+            decoder: vec![20, 9, 14],
+            decoder_sees_azimuth,
+            components: 7,
+        };
+        let (device, plain) = (training_device(), Device::flex());
+        let set = synthetic::views(Split::Train, 4, 5, 1);
+        let views = Views::new(&set, Split::Train, 2).unwrap();
+        let trunk = TrunkWithHead::new(&architecture, Seed(1), &device).trunk;
+        let measurement = trunk.measurement_layer();
+        let frozen = Frozen::fit(trunk.valid(), measurement, &views, &architecture, Seed(1), &plain);
+        let network = Autoencoder::new(&architecture, 4, Seed(1), &device);
+        let trainer = Trainer {
+            network: &network,
+            architecture: &architecture,
+            frozen: &frozen,
+            features: &frozen.features(&views, &plain),
+            views: &views,
+            device: &device,
+        };
+        (network.weights(&architecture, &frozen), trainer.canary())
+    }
+
+    fn loaded(role: Role, weights: &Weights) -> Graph {
+        let signature =
+            role.signature(weights.architecture.latent.dimension(), weights.architecture.measurement);
+        Graph::from_bytes(&graph(role, weights), &signature).unwrap()
+    }
+
+    #[test]
+    fn every_graph_computes_what_burn_computes_derivatives_included() {
+        for decoder_sees_azimuth in [false, true] {
+            let (weights, canary) = exported(decoder_sees_azimuth);
+            assert_eq!(canary.cases.len(), 2 * Role::ALL.len());
+            for case in &canary.cases {
+                let inputs: Vec<_> = case.inputs.iter().map(Vec::as_slice).collect();
+                let outputs = loaded(case.role, &weights).run(&inputs).unwrap();
+                for (got, expected) in outputs.iter().zip(&case.outputs) {
+                    assert!(expected.iter().any(|number| number.abs() > 1e-3), "{:?}", case.role);
+                    let worst = deviation(got, expected);
+                    assert!(worst < 1e-5, "{:?}: {worst}", case.role);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn turning_viewpoint_and_latent_together_changes_only_what_the_absolute_azimuth_tells() {
+        let view = &synthetic::views(Split::Train, 1, 1, 3).views[0].viewpoint;
+        let narrowed = |numbers: &[f64]| numbers.iter().map(|&number| number as f32).collect::<Vec<_>>();
+        for decoder_sees_azimuth in [false, true] {
+            let (weights, _) = exported(decoder_sees_azimuth);
+            let layout = weights.architecture.latent;
+            let latent = DVector::from_fn(layout.dimension(), |i, _| libm::cos(i as f64));
+            let decoder = loaded(Role::Decoder, &weights);
+            let predicted = |angle: f64, turned: &DVector<f64>| {
+                let x = narrowed(&view.turned(angle).conditioning());
+                decoder.run(&[&narrowed(turned.as_slice()), &x]).unwrap().remove(0)
+            };
+            let here = predicted(0.0, &latent);
+            for angle in [0.4, -2.5] {
+                let together = deviation(&predicted(angle, &layout.turned(&latent, angle)), &here);
+                let viewpoint_alone = deviation(&predicted(angle, &latent), &here);
+                assert!(viewpoint_alone > 1e-2, "{viewpoint_alone}");
+                assert_eq!(together < 1e-5, !decoder_sees_azimuth, "{together}");
+            }
+        }
+    }
+}

@@ -80,7 +80,7 @@ pub(crate) fn finish(
     sheet::write(run.folder, &predictions, held_out, &frozen.components, context)?;
     let graphs = write_graphs(run.folder, &architecture, &network.weights(&architecture, frozen))?;
     let trainer = Trainer { network, architecture: &architecture, frozen, features, views, device: &device };
-    let canary = json(&trainer.canary());
+    let canary = serde_json::to_vec(&trainer.canary()).expect("finite numbers become JSON");
     files::write(&run.folder.join(CANARY), &canary)?;
     let manifest = manifest(run, graphs, residual, &canary, origin, views);
     let path = run.folder.join(MANIFEST);
