@@ -125,7 +125,8 @@ impl Commit {
 }
 
 impl Host {
-    fn this() -> Self {
+    /// The machine this runs on.
+    pub fn this() -> Self {
         let cpu_info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpu_info.lines().find_map(|line| line.strip_prefix("model name"));
         Self {

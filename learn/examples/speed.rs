@@ -5,6 +5,7 @@
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use vantage_dataset::{Seed, Split};
@@ -28,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         last = Instant::now();
         ControlFlow::Continue(())
     };
-    train(&training, &validation, &spec, Seed(0), "none", folder.path(), &mut watch)?;
+    train(&training, &validation, &spec, Seed(0), &BTreeMap::new(), folder.path(), &mut watch)?;
     println!("{:.2} s for the export", last.elapsed().as_secs_f64());
     let crops = [spec.trunk_batch, spec.batch * spec.views];
     for ((name, times), crops) in ["trunk", "autoencoder"].into_iter().zip(&mut times).zip(crops) {

@@ -29,7 +29,7 @@ pub struct Architecture {
     /// The latent `e`.
     pub latent: LatentLayout,
     /// Hidden layers of the decoder `p(z | e, x_rel)`, from the latent in the camera's yaw frame and the
-    /// conditioning, with ReLUs.
+    /// conditioning, with SiLUs: the estimator's second-order steps need a prediction that is smooth in the latent.
     pub decoder: Vec<usize>,
     /// Whether the decoder is fed the absolute azimuth beside the latent it has turned. If not, a turn of the
     /// viewpoint and of the latent cancel exactly.

@@ -135,8 +135,8 @@ pub struct TrainingRecord {
     pub data_hash: String,
     /// Hash of the validation views.
     pub validation_hash: String,
-    /// Hash of the scene the views came from.
-    pub scene_hash: String,
+    /// What the maker of the views says of them: scene, renderer and so on.
+    pub provenance: BTreeMap<String, String>,
     /// Seed of the training.
     pub seed: Seed,
     /// How it was trained.

@@ -1,5 +1,7 @@
 //! A trained model as the estimator sees it.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 mod support;
 
 use approx::assert_relative_eq;
@@ -153,7 +155,7 @@ fn noise_latent_and_identity_are_told() {
     let manifest = model.manifest();
     assert_eq!((manifest.training.instances, manifest.training.views), (12, 96));
     assert_eq!(manifest.training.data_hash, vantage_learn::view_set_hash(&support::training_views()));
-    assert_eq!(manifest.training.scene_hash, "a scene");
+    assert_eq!(manifest.training.provenance["scene"], "a scene");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Folders that must be refused, each for the right reason.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 mod support;
 
 use prost::Message;

@@ -1,7 +1,10 @@
 //! Training: it learns, it survives a kill, and it refuses what it must.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 mod support;
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use support::{synthetic, tiny_model, tiny_spec, tiny_training, training_views, validation_views};
 use vantage_dataset::{Seed, Split, ViewSet};
@@ -12,7 +15,7 @@ use vantage_learn::{
 fn refused(training: &ViewSet, validation: &ViewSet, spec: &TrainingSpec) -> TrainError {
     let folder = tempfile::tempdir().unwrap();
     let mut progress = |_: &Progress| ControlFlow::Continue(());
-    let result = train(training, validation, spec, Seed(0), "", folder.path(), &mut progress);
+    let result = train(training, validation, spec, Seed(0), &BTreeMap::new(), folder.path(), &mut progress);
     assert!(!folder.path().join(MANIFEST).exists());
     result.unwrap_err()
 }
@@ -99,8 +102,15 @@ fn a_non_finite_loss_stops_the_training_and_keeps_the_log() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut progress = |_: &Progress| ControlFlow::Continue(());
-    let result =
-        train(&training, &validation_views(), &tiny_spec(), Seed(0), "", folder.path(), &mut progress);
+    let result = train(
+        &training,
+        &validation_views(),
+        &tiny_spec(),
+        Seed(0),
+        &BTreeMap::new(),
+        folder.path(),
+        &mut progress,
+    );
     let Err(TrainError::NonFiniteLoss { stage: Stage::Trunk, step, loss, log }) = result else {
         panic!("{result:?}");
     };

@@ -20,9 +20,6 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 use std::collections::BTreeMap;
 use vantage_dataset::{Observations, Pose};
 
-/// Rounds of alternation before all variables are free.
-const ROUNDS: usize = 4;
-
 /// The posterior of an episode by one row's estimator.
 ///
 /// Bad input and a model that does not fit are errors; a problem that has no good answer (nothing observed,
@@ -144,32 +141,10 @@ fn add_semantics<'m>(
         };
         semantics.insert(track, Semantics { object, modes, margin });
     }
-    let values = alternate(problem, &graph, values);
     let solution = solve(&graph, values, |_| true, problem.limits());
     let mut posterior = Posterior { graph, solution, semantics };
     try_alternatives(problem, &mut posterior);
     Ok(posterior)
-}
-
-/// Moves poses with the latents held, then latents with the robot held, in turn.
-///
-/// A network bends much more in its latent than in the viewpoint: the damping that all variables at once need for the
-/// sake of the latents would hold the poses where geometry left them.
-fn alternate(problem: &Problem<'_>, graph: &Graph<'_>, mut values: Values) -> Values {
-    for _ in 0..ROUNDS {
-        for held in [is_latent as fn(&Key) -> bool, is_robot] {
-            values = solve(graph, values, |key| !held(&key), problem.limits()).values;
-        }
-    }
-    values
-}
-
-fn is_latent(key: &Key) -> bool {
-    matches!(key, Key::Latent(_))
-}
-
-fn is_robot(key: &Key) -> bool {
-    matches!(key, Key::Robot(_))
 }
 
 /// The single start of an object about which the views say nothing.

@@ -82,7 +82,10 @@ pub fn semantic_object(
             continue;
         };
         let separation = problem.spec.minimum_view_separation;
-        if views.iter().any(|used| angle(&used.viewpoint.direction, &viewpoint.direction) < separation) {
+        // Only of the view before: the same direction again, a lap later, is what closes the loop.
+        let repeats =
+            |used: &SemanticView| angle(&used.viewpoint.direction, &viewpoint.direction) < separation;
+        if views.last().is_some_and(repeats) {
             dropped.redundant_viewpoint += 1;
             continue;
         }

@@ -18,6 +18,9 @@ const LARGEST_CUT: f64 = 0.1;
 pub enum Outcome {
     /// At a minimum: no further decrease is predicted.
     Converged,
+    /// Steps that promise a decrease bring none until damping has made the promise negligible: near a minimum of a
+    /// function that is not smooth on the scale of its tolerance.
+    Stalled,
     /// Out of iterations, at the best values so far.
     IterationLimit,
     /// No step lowers the cost, or it is not a number; the best finite values are kept.
@@ -35,6 +38,7 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Outcome::Converged => write!(f, "converged"),
+            Outcome::Stalled => write!(f, "stalled"),
             Outcome::IterationLimit => write!(f, "iteration limit"),
             Outcome::Diverged => write!(f, "diverged"),
             Outcome::Underconstrained { near } => write!(f, "under-constrained near {near}"),
@@ -103,20 +107,24 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
             }
         };
         let mut result = attempt(damping);
+        // Damping alone can make a step look negligible: ask again with next to none.
+        if matches!(result, Attempt::Negligible) && damping > MINIMUM_DAMPING {
+            damping = MINIMUM_DAMPING;
+            result = attempt(damping);
+        }
+        let mut rejected = 0;
         while matches!(result, Attempt::Rejected) {
+            rejected += 1;
             damping *= DAMPING_FACTOR;
             if damping > MAXIMUM_DAMPING {
                 return solution;
             }
             result = attempt(damping);
         }
-        // Damping alone can make a step look negligible: ask again with next to none.
-        if matches!(result, Attempt::Negligible) && damping > MINIMUM_DAMPING {
-            result = attempt(MINIMUM_DAMPING);
-        }
         let Attempt::Lower { values, cost, gain } = result else {
             solution.outcome = match least_constrained(&system) {
                 Some(near) => Outcome::Underconstrained { near },
+                None if rejected > 0 => Outcome::Stalled,
                 None => Outcome::Converged,
             };
             return solution;

@@ -58,7 +58,7 @@ pub struct EstimatorSpec {
     #[garde(range(min = 1, max = 100_000))]
     pub max_iterations: usize,
     /// Predicted decrease of the cost, relative to it (or to 1 nat where it is less), at which the estimator
-    /// has converged. Default: 1e-10.
+    /// has converged. Default: 1e-6, well above what the rounding of networks in `f32` does to the cost.
     #[garde(range(min = 1e-14, max = 1e-2), custom(not_nan))]
     pub tolerance: f64,
     /// Whether to compute covariances of poses and objects. Default: true.
@@ -79,7 +79,7 @@ pub struct EstimatorSpec {
     #[garde(range(min = 1e-4, max = 10.0), custom(not_nan))]
     pub tilt_sigma: f64,
     /// Diameter of an object's bounding sphere over the longer side of its box at the object's distance:
-    /// how the robot learns the size that the viewpoint's distance is measured in. Default: 1.2.
+    /// how the robot learns the size that the viewpoint's distance is measured in. Default: 1.1.
     #[garde(range(min = 0.1, max = 10.0), custom(not_nan))]
     pub size_over_box_side: f64,
     /// Multiplies the spread of the semantic residual; 1 is the model's own calibration. Default: 1.
@@ -89,8 +89,8 @@ pub struct EstimatorSpec {
     /// repeat each other's error. Default: 1.
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan))]
     pub semantic_information_scale: f64,
-    /// Smallest angle, radians, between the directions from which two crops of one object are used; 0 uses
-    /// all. Default: 0.
+    /// Smallest angle, radians, between the directions from which an object's crop and the one used before it were taken;
+    /// 0 uses all. Default: 0.
     #[garde(range(min = 0.0, max = 3.2), custom(not_nan))]
     pub minimum_view_separation: f64,
 
@@ -116,13 +116,13 @@ impl Default for EstimatorSpec {
         Self {
             rows: Row::ALL.to_vec(),
             max_iterations: 100,
-            tolerance: 1e-10,
+            tolerance: 1e-6,
             covariances: true,
             bearing_noise: BearingNoise { fixed: 0.003, proportional: 0.05 },
             bearing_kernel: Kernel::Huber { threshold: 2.0 },
             minimum_parallax: 0.03,
             tilt_sigma: 0.05,
-            size_over_box_side: 1.2,
+            size_over_box_side: 1.1,
             semantic_noise_scale: 1.0,
             semantic_information_scale: 1.0,
             minimum_view_separation: 0.0,

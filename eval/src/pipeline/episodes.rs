@@ -1,6 +1,6 @@
 //! Stage `episode`: what a robot observes under each seed.
 
-use super::Pipeline;
+use super::{Pipeline, code};
 use crate::exit::BenchError;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -12,12 +12,9 @@ use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::{RobotSpec, SensorSpec, WorldSpec};
 use vantage_sim::simulate;
 
-/// Raised when the simulator's episodes change for equal inputs.
-const VERSION: u32 = 1;
-
 #[derive(Serialize)]
 struct Inputs<'a> {
-    version: u32,
+    code: &'static str,
     world: &'a WorldSpec,
     robot: &'a RobotSpec,
     sensors: &'a SensorSpec,
@@ -37,15 +34,14 @@ pub struct EpisodeFolder {
     pub seal: String,
 }
 
+/// A seed and its episode, or why there is none.
+pub type SeedEpisode = (Seed, Result<EpisodeFolder, String>);
+
 /// The episodes of all seeds, with objects of a split, in the order of the seeds.
 ///
 /// A world that does not stand (an object that will not settle, say) is the answer for its seed and stays in every
 /// denominator; only where no seed has a world at all is it an error.
-pub fn episodes(
-    pipeline: &Pipeline,
-    seeds: &[Seed],
-    split: Split,
-) -> Result<Vec<(Seed, Result<EpisodeFolder, String>)>, BenchError> {
+pub fn episodes(pipeline: &Pipeline, seeds: &[Seed], split: Split) -> Result<Vec<SeedEpisode>, BenchError> {
     let stage = pipeline.progress.stage("episodes", seeds.len() as u64);
     let mut made = Vec::with_capacity(seeds.len());
     let mut failure = None;
@@ -71,7 +67,7 @@ pub fn episodes(
 fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolder, BenchError> {
     let scene = &pipeline.scene;
     let inputs = Inputs {
-        version: VERSION,
+        code: code::SIMULATED,
         world: scene.world(),
         robot: scene.robot(),
         sensors: scene.sensors(),

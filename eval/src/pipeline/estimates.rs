@@ -1,6 +1,6 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
-use super::{EpisodeFolder, LoadedModel, Pipeline};
+use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, code};
 use crate::exit::BenchError;
 use crate::output::OutputError;
 use crate::score::object::ObjectEstimate;
@@ -12,13 +12,11 @@ use vantage_dataset::store::{Key, read_observations};
 use vantage_dataset::{Pose, Seed};
 use vantage_slam::{Estimate, EstimateError, EstimatorSpec, Outcome as Ending, Row, estimate};
 
-/// Raised when the estimator's answers change for equal inputs.
-const VERSION: u32 = 2;
 const FILE: &str = "answers.json";
 
 #[derive(Serialize)]
 struct Inputs<'a> {
-    version: u32,
+    code: &'static str,
     episode: &'a str,
     model: &'a str,
     spec: &'a EstimatorSpec,
@@ -95,7 +93,7 @@ impl Answer {
 /// The answers of all rows on all seeds, seeds in parallel; the result does not depend on how many threads there are.
 pub fn estimates(
     pipeline: &Pipeline,
-    episodes: &[(Seed, Result<EpisodeFolder, String>)],
+    episodes: &[SeedEpisode],
     model: &LoadedModel,
 ) -> Result<Vec<(Seed, Vec<Answer>)>, BenchError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
@@ -108,7 +106,7 @@ pub fn estimates(
                 Err(reason) => spec.rows.iter().map(|&row| Answer::failed(row, reason.clone())).collect(),
                 Ok(episode) => {
                     let inputs =
-                        Inputs { version: VERSION, episode: &episode.seal, model: &model.hash, spec };
+                        Inputs { code: code::ANSWERED, episode: &episode.seal, model: &model.hash, spec };
                     let key = Key::new("estimate", &inputs)?;
                     let entry = super::stored(cache, note, &key, |work| {
                         let json = serde_json::to_vec(&answer(episode, model, spec)?)?;

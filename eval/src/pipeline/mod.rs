@@ -3,6 +3,7 @@
 //! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
 //! simulates, trains and estimates nothing.
 
+mod code;
 mod episodes;
 mod estimates;
 mod model;
@@ -12,9 +13,9 @@ mod training;
 mod unseen;
 mod views;
 
-pub use episodes::{EpisodeFolder, episodes};
+pub use episodes::{EpisodeFolder, SeedEpisode, episodes};
 pub use estimates::{Answer, estimates};
-pub use model::{LoadedModel, model};
+pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use training::train;

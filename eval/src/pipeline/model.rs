@@ -11,6 +11,9 @@ use vantage_learn::ViewpointModel;
 /// File in a model's folder that lists the instances it was trained or calibrated on, so that none of them is scored.
 pub const TRAINING_INSTANCES: &str = "training_instances.txt";
 
+/// What a model's manifest calls the hash of the conditions its views were made under.
+pub const VIEW_CONDITIONS: &str = "view_conditions";
+
 /// A model ready for the estimator.
 pub struct LoadedModel {
     /// The model.
@@ -36,8 +39,8 @@ pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, 
 
 fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
     let model = ViewpointModel::load(folder)?;
-    let trained_under = &model.manifest().training.scene_hash;
-    if *trained_under != scene_file::hash(&pipeline.scene.view_conditions())? {
+    let trained_under = model.manifest().training.provenance.get(VIEW_CONDITIONS);
+    if trained_under != Some(&scene_file::hash(&pipeline.scene.view_conditions())?) {
         pipeline.progress.note(&format!(
             "note: the model in {} was trained under other views than this scene's (families, light, camera or \
              viewpoints differ); it is scored as it is",

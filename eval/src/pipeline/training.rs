@@ -1,8 +1,9 @@
 //! Training as a stage: views in, model folder out.
 
-use super::model::TRAINING_INSTANCES;
-use super::{Pipeline, views};
+use super::model::{TRAINING_INSTANCES, VIEW_CONDITIONS};
+use super::{Pipeline, code, views};
 use crate::exit::BenchError;
+use crate::manifest::Host;
 use crate::output::OutputError;
 use crate::progress::Stage;
 use crate::scene_file;
@@ -18,7 +19,7 @@ use vantage_learn::Progress;
 pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
     let conditions = pipeline.scene.view_conditions();
     let training = &pipeline.file.training;
-    let inputs = (&conditions, training.seed, &training.model, &pipeline.renderer_info);
+    let inputs = (code::TRAINED, &conditions, training.seed, &training.model, &pipeline.renderer_info);
     Ok(pipeline.stored(&Key::new("model", &inputs)?, |work| train(pipeline, work))?.folder)
 }
 
@@ -27,14 +28,22 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
     let spec = &pipeline.file.training;
     let (training, _) = views(pipeline, Split::Train, spec.seed)?;
     let (validation, _) = views(pipeline, Split::Validation, spec.seed)?;
-    let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;
+    let info = pipeline.renderer_info.clone();
+    let provenance = [
+        (VIEW_CONDITIONS, scene_file::hash(&pipeline.scene.view_conditions())?),
+        ("renderer", info.renderer),
+        ("adapter", info.adapter),
+        ("driver", info.driver),
+        ("cpu", Host::this().cpu.unwrap_or_default()),
+    ];
+    let provenance = provenance.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
     let mut shown = Shown { pipeline, stage: None };
     vantage_learn::train(
         &training,
         &validation,
         &spec.model,
         spec.seed,
-        &conditions,
+        &provenance,
         folder,
         &mut |event| {
             shown.tell(event);

@@ -1,6 +1,6 @@
 //! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
 
-use super::{LoadedModel, Pipeline, views};
+use super::{LoadedModel, Pipeline, code, views};
 use crate::exit::BenchError;
 use crate::metric::Metric;
 use crate::output::OutputError;
@@ -18,8 +18,6 @@ use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, Symmetry, View, ViewSet};
 use vantage_learn::{LatentGaussian, LatentLayout, ViewpointModel};
 
-/// Raised when these scores change for equal inputs.
-const VERSION: u32 = 1;
 const FILE: &str = "unseen.json";
 /// Name of the latents' row.
 pub const LATENTS: &str = "viewpoint_dependent";
@@ -77,7 +75,7 @@ pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Resul
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
     sets.par_iter()
         .map(|(seed, set, seal)| {
-            let key = Key::new("unseen", &(VERSION, seal, &model.hash))?;
+            let key = Key::new("unseen", &(code::ANSWERED, seal, &model.hash))?;
             let entry = super::stored(cache, note, &key, |work| {
                 let json = serde_json::to_vec(&score(*seed, set, model.model.inner())?)?;
                 let path = work.join(FILE);

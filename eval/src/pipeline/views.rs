@@ -1,6 +1,6 @@
 //! Stage `views`: single objects from known viewpoints.
 
-use super::Pipeline;
+use super::{Pipeline, code};
 use crate::exit::BenchError;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -10,12 +10,9 @@ use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::ViewConditions;
 use vantage_sim::views::training_views;
 
-/// Raised when the simulator's views change for equal inputs.
-const VERSION: u32 = 1;
-
 #[derive(Serialize)]
 struct Inputs<'a> {
-    version: u32,
+    code: &'static str,
     conditions: &'a ViewConditions,
     split: Split,
     instances: usize,
@@ -28,7 +25,7 @@ pub fn views(pipeline: &Pipeline, split: Split, seed: Seed) -> Result<(ViewSet, 
     let conditions = pipeline.scene.view_conditions();
     let instances = conditions.views.instances(split);
     let inputs = Inputs {
-        version: VERSION,
+        code: code::SIMULATED,
         conditions: &conditions,
         split,
         instances,

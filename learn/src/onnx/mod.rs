@@ -13,8 +13,8 @@ pub const OPSET: i64 = 17;
 
 /// Operators a model may use: what the trainer writes.
 pub const OPERATORS: [&str; 13] = [
-    "Add", "Clip", "Concat", "Conv", "Flatten", "Gemm", "MatMul", "Mul", "Relu", "Reshape", "Sign", "Split",
-    "Sub",
+    "Add", "Clip", "Concat", "Conv", "Flatten", "Gemm", "MatMul", "Mul", "Relu", "Reshape", "Sigmoid",
+    "Split", "Sub",
 ];
 
 /// A tensor of a graph's signature: always `f32`, always of fixed shape.

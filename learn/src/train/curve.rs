@@ -91,7 +91,7 @@ fn draw_stage(
     let (low, high) = losses.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), loss| {
         (low.min(loss.total), high.max(loss.total))
     });
-    if !(low <= high) {
+    if losses.is_empty() {
         return Ok(());
     }
     let margin = 0.05 * (high - low).max(1e-9);

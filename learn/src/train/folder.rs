@@ -28,7 +28,7 @@ use vantage_dataset::Seed;
 pub(crate) struct Origin {
     pub(crate) data_hash: String,
     pub(crate) validation_hash: String,
-    pub(crate) scene_hash: String,
+    pub(crate) provenance: BTreeMap<String, String>,
 }
 
 impl Origin {
@@ -40,7 +40,7 @@ impl Origin {
             trainer,
             &self.data_hash,
             &self.validation_hash,
-            &self.scene_hash,
+            &self.provenance,
             spec,
             architecture,
             seed,
@@ -133,7 +133,7 @@ fn manifest(
         training: TrainingRecord {
             data_hash: origin.data_hash,
             validation_hash: origin.validation_hash,
-            scene_hash: origin.scene_hash,
+            provenance: origin.provenance,
             seed: run.seed,
             spec: run.spec.clone(),
             instances: views.by_instance.len(),

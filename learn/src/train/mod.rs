@@ -49,6 +49,7 @@ use folder::Origin;
 use garde::Validate;
 use network::{Autoencoder, TrunkWithHead};
 use run::{Run, Started, training_device};
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 use vantage_dataset::{Seed, Split, ViewSet};
@@ -60,7 +61,8 @@ const TRAINING_INSTANCES: usize = 2;
 /// Trains a model and writes its folder: see [`ViewpointModel::load`](crate::ViewpointModel::load).
 ///
 /// Same views, spec, seed, machine and thread count give the same loss curve, whether or not the training was
-/// killed between: it goes on from the folder's last checkpoint. `scene_hash` is recorded in the manifest.
+/// killed between: it goes on from the folder's last checkpoint. `provenance` is recorded in the
+/// manifest.
 /// `progress` is told of every step, and may ask to stop. Beside the model, the folder gets the loss curve
 /// ([`CURVE_TABLE`], [`CURVE_PICTURE`]) and reconstructions of validation instances ([`SHEET`]).
 pub fn train(
@@ -68,7 +70,7 @@ pub fn train(
     validation: &ViewSet,
     spec: &TrainingSpec,
     seed: Seed,
-    scene_hash: &str,
+    provenance: &BTreeMap<String, String>,
     folder: &Path,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(), TrainError> {
@@ -90,7 +92,7 @@ pub fn train(
     let origin = Origin {
         data_hash: view_set_hash(training),
         validation_hash: view_set_hash(validation),
-        scene_hash: scene_hash.to_owned(),
+        provenance: provenance.clone(),
     };
     let key = origin.key(spec, &architecture, seed);
     let mut run = Run { spec, architecture, seed, folder, key, curve: Curve::default(), progress };

@@ -9,7 +9,7 @@ use crate::latent::LatentLayout;
 use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::optim::GradientsParams;
-use burn::tensor::activation::relu;
+use burn::tensor::activation::{relu, silu};
 use burn::tensor::{Device, Tensor, TensorData};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
@@ -233,7 +233,7 @@ impl Autoencoder {
         let back = Turn { cos: turn.cos.clone(), sin: turn.sin.clone().neg() };
         let mut x = Tensor::cat(vec![turned(layout, latents, &back), seen], 1);
         for layer in &self.decoder {
-            x = relu(layer.forward(x));
+            x = silu(layer.forward(x));
         }
         Decoded { measurement: self.measurement.forward(x.clone()), image: self.image.forward(x) }
     }

@@ -97,7 +97,7 @@ impl Run<'_> {
                 return Err(TrainError::NonFiniteLoss { stage, step: row.step, loss: row.total, log });
             }
             module = optimizer.step(self.learning_rate(index, steps), module, gradients);
-            if row.step % every == 0 || row.step == steps {
+            if row.step.is_multiple_of(every) || row.step == steps {
                 let unwritable = |error: String| files::unwritable(self.folder, &error);
                 let [trunk, autoencoder] = parts(&module).map_err(unwritable)?;
                 let optimizer = checkpoint::optimizer_bytes(&optimizer).map_err(unwritable)?;

@@ -2,6 +2,7 @@
 
 pub mod synthetic;
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -45,7 +46,8 @@ pub fn tiny_training(
         if stop(progress) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let (views, held_out) = (training_views(), validation_views());
-    train(&views, &held_out, spec, Seed(0), "a scene", folder, &mut progress)?;
+    let provenance = BTreeMap::from([("scene".to_owned(), "a scene".to_owned())]);
+    train(&views, &held_out, spec, Seed(0), &provenance, folder, &mut progress)?;
     Ok(told)
 }
 

@@ -72,8 +72,8 @@ impl Paint {
                 let at = viewpoint.azimuth() + across.asin();
                 let color = if at.cos() > self.width.cos() { self.band } else { self.ground };
                 let start = (row * CROP_SIDE + column) * 3;
-                for channel in 0..3 {
-                    crop.0[start + channel] = (255.0 * light * color[channel]) as u8;
+                for (shown, own) in crop.0[start..].iter_mut().zip(&color) {
+                    *shown = (255.0 * light * own) as u8;
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! From scenes to episodes and views, with the real engine, objects and reference renderer.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 mod detect;
 mod determinism;
 mod drive;

@@ -11,6 +11,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// Bounds of the damping's scale D = diag(J^T W J), as in Ceres.
 const DAMPING_SCALE: (f64, f64) = (1e-6, 1e32);
+/// How much more a latent is damped. A network bends more in its latent than the rest of the problem in its poses, and
+/// damping strong enough for the latent would hold a chain of poses, whose soft directions are far below its diagonal.
+const LATENT_DAMPING: f64 = 1e4;
 
 /// `H = J^T W J` and `g = J^T W r` of a graph at a point.
 pub struct System<'s> {
@@ -155,7 +158,7 @@ impl System<'_> {
         }
         for (local, delta) in self.locals.iter().zip(&locals) {
             for (i, d) in delta.iter().enumerate() {
-                model += d * (lambda * damping_scale(local.hessian[(i, i)]) * d - local.gradient[i]);
+                model += d * (lambda * latent_damping_scale(local.hessian[(i, i)]) * d - local.gradient[i]);
             }
         }
         let predicted_decrease = model / 2.0;
@@ -168,8 +171,13 @@ impl System<'_> {
     }
 }
 
-pub(super) fn damping_scale(diagonal: f64) -> f64 {
+fn damping_scale(diagonal: f64) -> f64 {
     diagonal.clamp(DAMPING_SCALE.0, DAMPING_SCALE.1)
+}
+
+/// D of a latent's number.
+pub(super) fn latent_damping_scale(diagonal: f64) -> f64 {
+    LATENT_DAMPING * damping_scale(diagonal)
 }
 
 fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {

@@ -88,7 +88,11 @@ fn a_step_solves_the_dense_normal_equations() {
     let structure = Structure::new(&graph, &values, |_| true).unwrap();
     let system = structure.linearize(&graph, &values).unwrap();
     for lambda in [0.0, 1e-3, 1.0] {
-        let damped = &hessian + DMatrix::from_diagonal(&(hessian.diagonal() * lambda));
+        let mut damping = hessian.diagonal() * lambda;
+        for (key, value) in values.iter().filter(|(key, _)| matches!(key, Key::Latent(_))) {
+            damping.rows_mut(first[&key], value.dim()).scale_mut(1e4);
+        }
+        let damped = &hessian + DMatrix::from_diagonal(&damping);
         let expected = -damped.cholesky().unwrap().solve(&gradient);
         let predicted = -(gradient.dot(&expected) + expected.dot(&(&hessian * &expected)) / 2.0);
         let step = system.step(lambda).unwrap();

@@ -11,6 +11,5 @@ mod model;
 mod recovery;
 mod repeatable;
 mod semantic;
-mod timing;
 mod underconstrained;
 mod world;

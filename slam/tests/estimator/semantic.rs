@@ -126,3 +126,17 @@ fn view_separation_thins_and_tempering_widens() {
     let volume = |e: &vantage_slam::Estimate| e.pose_covariances.as_ref().unwrap().last().unwrap().trace();
     assert!(volume(&tempered) > volume(&all));
 }
+
+#[test]
+fn the_same_direction_a_lap_later_is_not_redundant() {
+    let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
+    let views = |laps: usize| -> usize {
+        let spec = WorldSpec { steps: 1 + 40 * laps, laps: laps as f64, ..WorldSpec::sparse_loop() };
+        let world = World::new(&spec, Some(&model), Seed(8));
+        let settings = EstimatorSpec { minimum_view_separation: 0.2, ..matching_spec(&spec) };
+        let answer = estimate(&world.observations, Row::ViewpointDependent, Some(&model), &settings).unwrap();
+        assert!(answer.dropped_detections.redundant_viewpoint > 0);
+        answer.objects.iter().flatten().map(|object| object.semantic_views).sum()
+    };
+    assert!(2 * views(2) > 3 * views(1));
+}

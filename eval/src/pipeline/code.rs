@@ -1,0 +1,9 @@
+//! The source code behind each stage, by its hash with that of `Cargo.lock`: part of every key of the cache, so that a
+//! change of code is never answered with what older code made.
+
+/// What simulates and renders.
+pub const SIMULATED: &str = env!("VANTAGE_CODE_SIMULATED");
+/// What simulates, renders and trains.
+pub const TRAINED: &str = env!("VANTAGE_CODE_TRAINED");
+/// What runs models, estimates and scores.
+pub const ANSWERED: &str = env!("VANTAGE_CODE_ANSWERED");

@@ -1,0 +1,59 @@
+//! The committed model is the one that the shipped scenes describe.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
+use std::path::{Path, PathBuf};
+use vantage_dataset::Split;
+use vantage_eval::cli::RendererChoice;
+use vantage_eval::manifest::Host;
+use vantage_eval::pipeline::{Pipeline, VIEW_CONDITIONS, views};
+use vantage_eval::scene_file::{self, SceneFile};
+use vantage_learn::{Manifest, ViewpointModel, view_set_hash};
+use vantage_tests::root;
+
+fn scenes() -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(root().join("scenes")).unwrap().map(|entry| entry.unwrap().path());
+    entries.filter(|path| path.extension().is_some_and(|extension| extension == "yaml")).collect()
+}
+
+fn manifest(scene: &Path, file: &SceneFile) -> Option<Manifest> {
+    let folder = scene.parent()?.join(file.training.reference.as_ref()?);
+    Some(ViewpointModel::load(&folder).unwrap().manifest().clone())
+}
+
+#[test]
+fn it_was_trained_as_every_scene_says() {
+    let mut compared = 0;
+    for path in scenes() {
+        let file: SceneFile = scene_file::read(&path).unwrap();
+        let Some(Manifest { training, .. }) = manifest(&path, &file) else { continue };
+        let conditions = scene_file::hash(&file.checked().unwrap().view_conditions()).unwrap();
+        assert_eq!(training.provenance[VIEW_CONDITIONS], conditions, "{}: train it again", path.display());
+        assert_eq!((&training.spec, training.seed), (&file.training.model, file.training.seed));
+        compared += 1;
+    }
+    assert!(compared > 0);
+}
+
+/// Views are the same to the bit on one processor, adapter and driver only.
+#[test]
+#[ignore = "renders all views of the training: minutes"]
+fn its_views_are_those_rendered_here() {
+    let path = root().join("scenes/tabletop.yaml");
+    let cache = tempfile::tempdir().unwrap();
+    let pipeline = Pipeline::open(&path, cache.path(), RendererChoice::Auto).unwrap();
+    let training = manifest(&path, &pipeline.file).unwrap().training;
+    let (renderer, there) = (pipeline.renderer_info.clone(), &training.provenance);
+    let cpu = Host::this().cpu.unwrap_or_default();
+    for (what, here) in [("adapter", renderer.adapter), ("driver", renderer.driver), ("cpu", cpu)] {
+        if there[what] != here {
+            eprintln!("SKIPPED: the model's views were rendered on {what} {:?}, not {here:?}", there[what]);
+            return;
+        }
+    }
+    for (split, hash) in [(Split::Validation, &training.validation_hash), (Split::Train, &training.data_hash)]
+    {
+        let (set, _) = views(&pipeline, split, training.seed).unwrap();
+        assert_eq!(view_set_hash(&set), *hash, "{}: train the model again", split.name());
+    }
+}
