@@ -13,13 +13,17 @@ const DAMPING_FACTOR: f64 = 10.0;
 /// doubles (Nielsen 1999).
 const LARGEST_CUT: f64 = 0.1;
 
+/// A step's promise that came to nothing, over what counts as none, from which on the solution has stalled; below, curvature
+/// and rounding explain it.
+const STALL: f64 = 10.0;
+
 /// How a solution ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// At a minimum: no further decrease is predicted.
     Converged,
-    /// Steps that promise a decrease bring none until damping has made the promise negligible: near a minimum of a
-    /// function that is not smooth on the scale of its tolerance.
+    /// Steps that promise much bring nothing until damping has made the promise negligible: the function is not smooth
+    /// here.
     Stalled,
     /// Out of iterations, at the best values so far.
     IterationLimit,
@@ -74,8 +78,8 @@ enum Attempt {
     Negligible,
     /// A lower cost, and the share of the predicted decrease that came true.
     Lower { values: Values, cost: f64, gain: f64 },
-    /// Not positive definite, undefined, or not lower.
-    Rejected,
+    /// Not lower, undefined, or (with an infinite promise) not positive definite.
+    Rejected { promised: f64 },
 }
 
 /// Minimises the graph's cost over the variables for which `is_free` holds, from `start`.
@@ -93,7 +97,9 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
         solution.iterations += 1;
         let negligible = limits.tolerance * solution.cost.max(1.0);
         let attempt = |damping: f64| -> Attempt {
-            let Some(step) = system.step(damping) else { return Attempt::Rejected };
+            let Some(step) = system.step(damping) else {
+                return Attempt::Rejected { promised: f64::INFINITY };
+            };
             if step.predicted_decrease <= negligible {
                 return Attempt::Negligible;
             }
@@ -103,7 +109,7 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
                     let gain = (solution.cost - cost) / step.predicted_decrease;
                     Attempt::Lower { values, cost, gain }
                 }
-                _ => Attempt::Rejected,
+                _ => Attempt::Rejected { promised: step.predicted_decrease },
             }
         };
         let mut result = attempt(damping);
@@ -112,9 +118,9 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
             damping = MINIMUM_DAMPING;
             result = attempt(damping);
         }
-        let mut rejected = 0;
-        while matches!(result, Attempt::Rejected) {
-            rejected += 1;
+        let mut broken_promise = 0.0;
+        while let Attempt::Rejected { promised } = result {
+            broken_promise = promised.max(broken_promise);
             damping *= DAMPING_FACTOR;
             if damping > MAXIMUM_DAMPING {
                 return solution;
@@ -124,7 +130,7 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
         let Attempt::Lower { values, cost, gain } = result else {
             solution.outcome = match least_constrained(&system) {
                 Some(near) => Outcome::Underconstrained { near },
-                None if rejected > 0 => Outcome::Stalled,
+                None if broken_promise > STALL * negligible => Outcome::Stalled,
                 None => Outcome::Converged,
             };
             return solution;

@@ -53,7 +53,7 @@ fn its_views_are_those_rendered_here() {
     }
     for (split, hash) in [(Split::Validation, &training.validation_hash), (Split::Train, &training.data_hash)]
     {
-        let (set, _) = views(&pipeline, split, training.seed).unwrap();
+        let (set, _) = views(&pipeline, split, training.seed, &mut |_| ()).unwrap();
         assert_eq!(view_set_hash(&set), *hash, "{}: train the model again", split.name());
     }
 }

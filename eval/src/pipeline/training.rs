@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::Key;
-use vantage_dataset::{InstanceId, Split};
+use vantage_dataset::{InstanceId, Split, ViewSet};
 use vantage_learn::Progress;
 
 /// The folder of the scene's model, trained where the cache has none.
@@ -26,8 +26,8 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
 /// Trains the scene's model into `folder`, from where an interrupted training left it.
 pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
     let spec = &pipeline.file.training;
-    let (training, _) = views(pipeline, Split::Train, spec.seed)?;
-    let (validation, _) = views(pipeline, Split::Validation, spec.seed)?;
+    let training = shown_views(pipeline, Split::Train)?;
+    let validation = shown_views(pipeline, Split::Validation)?;
     let info = pipeline.renderer_info.clone();
     let provenance = [
         (VIEW_CONDITIONS, scene_file::hash(&pipeline.scene.view_conditions())?),
@@ -60,6 +60,16 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
     let path = folder.join(TRAINING_INSTANCES);
     std::fs::write(&path, list).map_err(|source| OutputError { path, source })?;
     Ok(())
+}
+
+fn shown_views(pipeline: &Pipeline, split: Split) -> Result<ViewSet, BenchError> {
+    let instances = pipeline.scene.view_conditions().views.instances(split) as u64;
+    let name = format!("{} views", split.name());
+    let mut stage = None;
+    let mut made = |count| {
+        stage.get_or_insert_with(|| pipeline.progress.stage(&name, instances)).advance(count);
+    };
+    Ok(views(pipeline, split, pipeline.file.training.seed, &mut made)?.0)
 }
 
 /// The training's own progress as ours.

@@ -59,10 +59,12 @@ impl From<UnseenTrial> for ViewpointTrial {
 
 /// The scores of all seeds. Each seed has instances of its own, all of the test split.
 pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Result<Vec<Unseen>, BenchError> {
+    let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
     let sets = seeds
         .iter()
         .map(|&seed| {
-            let (set, seal) = views(pipeline, Split::Test, seed)?;
+            let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
+            rendered.advance(1);
             match set.instances.iter().find(|instance| model.seen.contains(&instance.id)) {
                 Some(instance) => {
                     Err(BenchError::Leak { instance: instance.id, folder: model.folder.clone() })
@@ -71,6 +73,7 @@ pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Resul
             }
         })
         .collect::<Result<Vec<_>, _>>()?;
+    drop(rendered);
     let stage = pipeline.progress.stage("unseen instances", seeds.len() as u64);
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
     sets.par_iter()

@@ -20,8 +20,14 @@ struct Inputs<'a> {
     renderer: &'a RendererInfo,
 }
 
-/// The views of a split under a seed, and the seal that identifies them.
-pub fn views(pipeline: &Pipeline, split: Split, seed: Seed) -> Result<(ViewSet, String), BenchError> {
+/// The views of a split under a seed, and the seal that identifies them. `made` is told of instances as they are
+/// rendered, where the cache has none.
+pub fn views(
+    pipeline: &Pipeline,
+    split: Split,
+    seed: Seed,
+    made: &mut dyn FnMut(u64),
+) -> Result<(ViewSet, String), BenchError> {
     let conditions = pipeline.scene.view_conditions();
     let instances = conditions.views.instances(split);
     let inputs = Inputs {
@@ -33,7 +39,6 @@ pub fn views(pipeline: &Pipeline, split: Split, seed: Seed) -> Result<(ViewSet, 
         renderer: &pipeline.renderer_info,
     };
     let entry = pipeline.stored(&Key::new("views", &inputs)?, |folder| {
-        let stage = pipeline.progress.stage(&format!("{} views", split.name()), instances as u64);
         let mut done = 0;
         let set = training_views(
             &conditions,
@@ -42,7 +47,7 @@ pub fn views(pipeline: &Pipeline, split: Split, seed: Seed) -> Result<(ViewSet, 
             seed,
             pipeline.renderer.borrow_mut().as_mut(),
             &mut |progress| {
-                stage.advance(progress.done - done);
+                made(progress.done - done);
                 done = progress.done;
             },
         )?;

@@ -11,5 +11,6 @@ mod model;
 mod recovery;
 mod repeatable;
 mod semantic;
+mod stalled;
 mod underconstrained;
 mod world;
