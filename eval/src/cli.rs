@@ -24,6 +24,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Writes crops, detections, odometry and truth as files.
     Dataset(DatasetArgs),
+    /// Draws the scene at a glance: the world from above, what the camera sees, crops.
+    Look(LookArgs),
     /// Trains the scene's model from scratch.
     #[cfg(feature = "train")]
     Train(TrainArgs),
@@ -68,12 +70,29 @@ pub struct DatasetArgs {
     /// Folder that gets the dataset.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Formats, separated by commas.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "vantage")]
+    pub format: Vec<DatasetFormat>,
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
     /// Seeds 0 to N - 1 instead of those of the scene.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub seeds: Option<u64>,
+}
+
+/// `bench look SCENE`: the scene as one picture.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct LookArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// The PNG to write; by default `out/` and the scene's name.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.
@@ -112,6 +131,18 @@ pub struct StageArgs {
     /// Seeds 0 to N - 1 instead of those of the scene.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub seeds: Option<u64>,
+}
+
+/// How a dataset is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DatasetFormat {
+    /// `<seed>/`: everything, in our own layout.
+    Vantage,
+    /// `tum/<seed>/`: the true trajectory and that of odometry alone, for evo.
+    Tum,
+    /// `g2o/<seed>.g2o`: odometry as a pose graph, for GTSAM and g2o.
+    G2o,
 }
 
 /// What renders.

@@ -54,10 +54,21 @@ impl OutputFolder {
         relative: impl AsRef<Path>,
         trajectory: &Trajectory,
     ) -> Result<(), StoreError> {
+        self.write_with(relative, |path| {
+            write_tum(path, trajectory.timestamps(), trajectory.world_from_robot()).map(drop)
+        })
+    }
+
+    /// Has a file written under a temporary name, then renames it.
+    pub fn write_with(
+        &self,
+        relative: impl AsRef<Path>,
+        fill: impl FnOnce(&Path) -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
         let (path, temporary) = self.names(relative.as_ref());
         let refuse = |source| StoreError::Write { path: path.clone(), source };
         make_parent(&path).map_err(refuse)?;
-        write_tum(&temporary, trajectory.timestamps(), trajectory.world_from_robot())?;
+        fill(&temporary)?;
         fs::rename(&temporary, &path).map_err(refuse)
     }
 

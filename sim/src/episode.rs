@@ -121,7 +121,7 @@ impl Rollout {
     }
 
     /// What the detector looks for.
-    fn targets(&self, render_scene: &RenderScene) -> Vec<Target> {
+    pub fn targets(&self, render_scene: &RenderScene) -> Vec<Target> {
         self.world
             .objects
             .iter()

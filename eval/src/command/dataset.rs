@@ -1,20 +1,24 @@
 //! `bench dataset SCENE --out DIR`: episodes as files, one at a time in memory.
 
-use crate::cli::DatasetArgs;
+use crate::cli::{DatasetArgs, DatasetFormat};
 use crate::exit::{BenchError, Exit};
 use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
+use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use vantage_dataset::store::{Provenance, verify, write_episode};
+use vantage_dataset::store::{Provenance, verify, write_episode, write_g2o};
 use vantage_dataset::{Seed, Split};
+use vantage_sim::episode::roll_out;
 use vantage_sim::render::choice::open;
+use vantage_sim::scene::CheckedScene;
 use vantage_sim::simulate;
+use vantage_slam::initial::dead_reckoning;
 
-/// Writes one episode folder a seed below `args.out`; those that are there, whole and of this scene are kept.
+/// Writes every format of every seed below `args.out`; episode folders that are there, whole and of this scene are kept.
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let file: SceneFile = scene_file::read(&args.scene)?;
@@ -36,9 +40,13 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     };
     let stage = progress.stage("episodes", seeds.len() as u64);
     let (mut written, mut kept) = (0, 0);
+    let wants = |format| args.format.contains(&format);
     for seed in seeds {
+        write_graphs(&scene, seed, &out, wants(DatasetFormat::Tum), wants(DatasetFormat::G2o))?;
         let folder = out.path().join(seed.0.to_string());
-        if is_whole(&folder, &provenance) {
+        if !wants(DatasetFormat::Vantage) {
+            written += 1;
+        } else if is_whole(&folder, &provenance) {
             kept += 1;
         } else {
             let episode = simulate(&scene, seed, Split::Test, renderer.as_mut(), &mut |_| {})?;
@@ -55,6 +63,34 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     drop(stage);
     writeln!(stdout, "{written} episodes written to {}, {kept} already there", out.path().display())?;
     Ok(Exit::Success)
+}
+
+/// What needs no renderer: trajectories and the pose graph of odometry.
+fn write_graphs(
+    scene: &CheckedScene,
+    seed: Seed,
+    out: &OutputFolder,
+    tum: bool,
+    g2o: bool,
+) -> Result<(), BenchError> {
+    if !tum && !g2o {
+        return Ok(());
+    }
+    let rollout = roll_out(scene, seed, Split::Test, &mut |_| {})?;
+    let drive = &rollout.drive;
+    let by_odometry = dead_reckoning(drive.timestamps.len(), &rollout.odometry);
+    if tum {
+        for (name, poses) in [("truth", &drive.world_from_robot), ("odometry", &by_odometry)] {
+            let trajectory = Trajectory::new(drive.timestamps.clone(), poses.clone())?;
+            out.write_trajectory(format!("tum/{}/{name}.tum", seed.0), &trajectory)?;
+        }
+    }
+    if g2o {
+        out.write_with(format!("g2o/{}.g2o", seed.0), |path| {
+            write_g2o(path, &by_odometry, &rollout.odometry).map(drop)
+        })?;
+    }
+    Ok(())
 }
 
 fn is_whole(folder: &Path, provenance: &Provenance) -> bool {

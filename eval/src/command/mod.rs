@@ -2,6 +2,7 @@
 
 mod check;
 mod dataset;
+mod look;
 mod pictures;
 mod score;
 mod tables;
@@ -10,6 +11,7 @@ mod train;
 
 pub use check::check;
 pub use dataset::dataset;
+pub use look::look;
 pub use score::bench;
 #[cfg(feature = "train")]
 pub use train::train;

@@ -2,6 +2,7 @@
 
 pub mod contact_sheet;
 pub mod likelihood;
+pub mod scene_sheet;
 pub mod trajectory;
 
 use plotters::style::RGBColor;

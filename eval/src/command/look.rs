@@ -1,0 +1,110 @@
+//! `bench look SCENE`: a scene at a glance.
+
+use crate::cli::LookArgs;
+use crate::exit::{BenchError, Exit};
+use crate::figure::scene_sheet::{Panel, SceneSheet};
+use crate::output::OutputFolder;
+use crate::progress::Progress;
+use crate::scene_file::{self, SceneFile};
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::PI;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use vantage_dataset::crop::CROP_SIDE;
+use vantage_dataset::{Camera, Pose, Seed, Split, View};
+use vantage_sim::episode::{Rollout, roll_out};
+use vantage_sim::render::choice::open;
+use vantage_sim::render::{Renderer, Shot};
+use vantage_sim::scene::{CheckedScene, RoomSpec};
+use vantage_sim::sensor::detector::detect;
+use vantage_sim::views::training_views;
+
+/// Longer side of the picture of the world and of each image of the camera, pixels.
+const PICTURE: u32 = 640;
+/// Images of the camera, evenly spread over the path.
+const FRAMES: usize = 3;
+/// Instances, a column each, and their views.
+const INSTANCES: usize = 10;
+const VIEWS: usize = 8;
+const CROP: u32 = 128;
+/// Horizontal field of view from above: narrow, so that walls hide little.
+const FROM_ABOVE_FOV: f64 = 0.3;
+
+/// Writes the sheet of the scene's first seed: the world from above with the robot's path, three images with the boxes of
+/// their detections, and crops of ten instances, each column ordered by azimuth.
+pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let file: SceneFile = scene_file::read(&args.scene)?;
+    let scene = file.checked()?;
+    let path = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.png", file.name)));
+    let out = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
+    let opened = open(args.renderer.into())?;
+    if let Some(notice) = &opened.notice {
+        Progress::detect().note(notice);
+    }
+    let mut renderer = opened.renderer;
+    let seed = file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
+
+    let mut sheet = SceneSheet::new(2 * PICTURE, PICTURE + PICTURE / 2 + VIEWS as u32 * CROP);
+    let pictures = pictures(&scene, seed, renderer.as_mut())?;
+    for (index, picture) in pictures.iter().enumerate() {
+        let (column, row) = (index as u32 % 2, index as u32 / 2);
+        sheet.place(picture, column * PICTURE, row * PICTURE * 3 / 4, PICTURE);
+    }
+    let conditions = scene.view_conditions();
+    let set = training_views(&conditions, Split::Test, INSTANCES, seed, renderer.as_mut(), &mut |_| {})?;
+    for instance in 0..INSTANCES {
+        let mut views: Vec<&View> = set.views.iter().filter(|view| view.instance == instance).collect();
+        views.sort_by(|a, b| a.viewpoint.azimuth().total_cmp(&b.viewpoint.azimuth()));
+        let shown = VIEWS.min(views.len());
+        for row in 0..shown {
+            let crop = &views[row * views.len() / shown].crop;
+            let panel = Panel::new(CROP_SIDE as u32, CROP_SIDE as u32, crop.0.to_vec())?;
+            let top = PICTURE + PICTURE / 2 + row as u32 * CROP;
+            sheet.place(&panel, instance as u32 * CROP, top, CROP);
+        }
+    }
+    let name = path.file_name().map(Path::new).unwrap_or(Path::new("look.png"));
+    out.write(name, &sheet.png()?)?;
+    writeln!(stdout, "{}", path.display())?;
+    Ok(Exit::Success)
+}
+
+/// The world from above, then the camera's images.
+fn pictures(scene: &CheckedScene, seed: Seed, renderer: &mut dyn Renderer) -> Result<Vec<Panel>, BenchError> {
+    let rollout = roll_out(scene, seed, Split::Test, &mut |_| {})?;
+    let rendered = rollout.render_scene(scene);
+    let above = from_above(&scene.world().room, &rollout.camera);
+    let frame = renderer.frame(&rendered, &above)?;
+    let mut world = Panel::new(frame.width, frame.height, frame.rgb)?;
+    world.path(&path_in(&above, &rollout));
+    let mut panels = vec![world];
+    let targets = rollout.targets(&rendered);
+    let steps = rollout.drive.world_from_robot.len();
+    for index in 0..FRAMES {
+        let step = (2 * index + 1) * steps / (2 * FRAMES);
+        let shot = rollout.shot(step);
+        let frame = renderer.frame(&rendered, &shot)?;
+        let seen = detect(&scene.sensors().detector, &targets, step, &shot, &frame, renderer)?;
+        let mut panel = Panel::new(frame.width, frame.height, frame.rgb)?;
+        for (detection, _) in &seen {
+            panel.outline(&detection.bounding_box);
+        }
+        panels.push(panel);
+    }
+    Ok(panels)
+}
+
+/// A camera high above the middle of the room that holds all of it, x to the right and y up.
+fn from_above(room: &RoomSpec, camera: &Camera) -> Shot {
+    let camera = Camera::with_horizontal_fov(camera.width, camera.height, FROM_ABOVE_FOV);
+    let half_width = (FROM_ABOVE_FOV / 2.0).tan();
+    let half_height = half_width * f64::from(camera.height) / f64::from(camera.width);
+    let height = room.height + (room.length / 2.0 / half_width).max(room.width / 2.0 / half_height);
+    Shot { camera, world_from_camera: Pose::new(Vector3::z() * height, Vector3::x() * PI) }
+}
+
+fn path_in(above: &Shot, rollout: &Rollout) -> Vec<[f64; 2]> {
+    let camera_from_world = above.world_from_camera.inverse();
+    let positions = rollout.drive.world_from_robot.iter().map(|pose| Point3::from(pose.translation.vector));
+    positions.filter_map(|p| Some(above.camera.project(&(camera_from_world * p))?.into())).collect()
+}

@@ -1,0 +1,24 @@
+//! `bench look`: one picture of a scene.
+
+use vantage_tests::{Finished, SmallScene, bench};
+
+#[test]
+fn a_scene_becomes_one_picture() {
+    let scene = SmallScene::new(&[]);
+    let picture = scene.path("pictures/look.png");
+    let look = |out: &std::path::Path| {
+        let mut command = bench();
+        command.arg("look").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
+        Finished::of(command.arg(out))
+    };
+    look(&picture).expect(0, &[]);
+    let sheet = image::open(&picture).unwrap().to_rgb8();
+    assert_eq!(sheet.dimensions(), (1280, 1984));
+    let count = |left: u32, top: u32, color: [u8; 3]| {
+        let pixels = (top..top + 480).flat_map(|y| (left..left + 640).map(move |x| (x, y)));
+        pixels.filter(|&(x, y)| sheet.get_pixel(x, y).0 == color).count()
+    };
+    assert!(count(0, 0, [255, 0, 0]) > 200, "no path");
+    assert!(count(640, 0, [255, 255, 0]) > 50, "no box");
+    look(&scene.path("scene.yaml/look.png")).expect(6, &["scene.yaml"]);
+}
