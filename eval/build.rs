@@ -3,18 +3,33 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Each stage's name, and the folders and files, from the workspace's root, whose code can change its result.
 const STAGES: [(&str, &[&str]); 3] = [
-    ("SIMULATED", &["dataset/src", "sim/src"]),
-    ("TRAINED", &["dataset/src", "sim/src", "learn/src"]),
+    ("SIMULATED", &["dataset/src", "sim/src", "eval/src/pipeline"]),
+    ("TRAINED", &["dataset/src", "sim/src", "learn/src", "eval/src/pipeline"]),
     ("ANSWERED", &["dataset/src", "learn/src", "slam/src", "eval/src"]),
 ];
 
+/// What decides how all of it is built.
+const SETTINGS: [&str; 7] = [
+    "Cargo.lock",
+    "Cargo.toml",
+    "dataset/Cargo.toml",
+    "sim/Cargo.toml",
+    "learn/Cargo.toml",
+    "slam/Cargo.toml",
+    "eval/Cargo.toml",
+];
+
 fn main() -> io::Result<()> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let compiler = Command::new(rustc).arg("-vV").output()?.stdout;
     for (stage, sources) in STAGES {
         let mut hasher = blake3::Hasher::new();
-        for source in sources.iter().chain(&["Cargo.lock"]) {
+        hasher.update(&compiler);
+        for source in sources.iter().chain(&SETTINGS) {
             let path = Path::new("..").join(source);
             println!("cargo::rerun-if-changed={}", path.display());
             add(&mut hasher, &path)?;

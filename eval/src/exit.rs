@@ -112,6 +112,23 @@ pub enum BenchError {
         /// What is wrong.
         reason: String,
     },
+    /// Every row failed on every seed.
+    #[error(
+        "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
+    )]
+    NothingAnswered {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// A folder that a dataset was to be written to holds something else.
+    #[error(
+        "{} holds something that is no dataset of ours: nothing was changed; choose another folder with --out",
+        folder.display()
+    )]
+    NotOurs {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// No object was detected in any episode.
     #[error(
         "no object was detected in any episode of {}: tables were written, but only dead reckoning was scored; turn \
@@ -163,7 +180,10 @@ impl BenchError {
             },
             BenchError::Sim(SimError::Render(_)) | BenchError::Render(_) => Exit::MissingCapability,
             BenchError::Sim(SimError::NonFinite { .. }) => Exit::Bug,
-            BenchError::Sim(_) | BenchError::Rules(_) | BenchError::Leak { .. } => Exit::BadInput,
+            BenchError::Sim(_)
+            | BenchError::Rules(_)
+            | BenchError::Leak { .. }
+            | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_)
             | BenchError::TrainingInstances { .. }
             | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
@@ -172,7 +192,7 @@ impl BenchError {
             #[cfg(not(feature = "train"))]
             BenchError::CannotTrain => Exit::MissingCapability,
             BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
-            BenchError::NothingSeen { .. } => Exit::NothingEvaluated,
+            BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
             BenchError::Results(_) => Exit::StoredDataInvalid,
             BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,

@@ -119,7 +119,9 @@ impl Commit {
             return None;
         }
         let hash = git(&["rev-parse", "HEAD"])?;
-        let modified = !git(&["status", "--porcelain", "--untracked-files=no"])?.is_empty();
+        let modified =
+            !git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":(exclude,top)results"])?
+                .is_empty();
         Some(Self { hash, modified })
     }
 }

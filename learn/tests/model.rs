@@ -110,7 +110,6 @@ fn the_jacobian_graph_matches_central_differences_of_the_decoder() {
         }
     });
     const STEP: f64 = 1e-3;
-    let mut kinks = 0;
     for column in 0..numbers {
         let moved = |step: f64| {
             let (mut latent, mut x) = (latent.clone(), x);
@@ -123,12 +122,8 @@ fn the_jacobian_graph_matches_central_differences_of_the_decoder() {
         let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
         let error = (&difference - jacobian.column(column)).amax();
         let scale = jacobian.amax();
-        // A ReLU that switches within the step spoils a column; most columns meet none.
-        if error > 2e-3 * scale {
-            kinks += 1;
-        }
+        assert!(error < 2e-3 * scale, "column {column}: {error} of {scale}");
     }
-    assert!(kinks <= numbers / 8, "{kinks} of {numbers} columns differ");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 mod render_scenes;
 
 use render_scenes::{block, checks, cluttered, look_at, placed, scene_of};
+use std::io::Write;
 use vantage_dataset::Camera;
 use vantage_sim::render::choice::{RendererChoice, open};
 use vantage_sim::render::reference::ReferenceRenderer;
@@ -31,7 +32,7 @@ fn wgpu() -> Option<WgpuRenderer> {
         Err(error @ RenderError::NoAdapter { .. }) => {
             let required = std::env::var("VANTAGE_REQUIRE_WGPU").is_ok_and(|value| value == "1");
             assert!(!required, "VANTAGE_REQUIRE_WGPU=1, but: {error}");
-            println!("skipped: no Vulkan adapter");
+            let _ = writeln!(std::io::stderr(), "SKIPPED: no Vulkan adapter");
             None
         }
         Err(error) => panic!("{error}"),

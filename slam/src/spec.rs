@@ -95,7 +95,7 @@ pub struct EstimatorSpec {
     pub minimum_view_separation: f64,
 
     /// Yaws tried for an object's first orientation. Default: 48.
-    #[garde(range(min = 4, max = 3600))]
+    #[garde(range(min = 8, max = 3600))]
     pub yaw_candidates: usize,
     /// Most views of an object, evenly spread over the track, that score its first orientation. Default: 16.
     #[garde(range(min = 1, max = 100_000))]

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 use nalgebra::{Matrix6, Quaternion, Translation3, UnitQuaternion};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::Pose;
 use vantage_slam::factor::{BetweenFactor, PosePrior};
@@ -60,7 +61,8 @@ fn read(path: &Path) -> (Graph<'static>, Values) {
 #[test]
 fn reaches_the_published_optimum() {
     let Some(folder) = folder() else {
-        println!("SKIPPED: no pose graphs; set VANTAGE_SHARED to a folder that holds data/g2o");
+        let told = "SKIPPED: no pose graphs; set VANTAGE_SHARED to a folder that holds data/g2o";
+        writeln!(std::io::stderr(), "{told}").unwrap();
         return;
     };
     let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();

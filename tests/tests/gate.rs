@@ -1,4 +1,4 @@
-//! `bench check`: passes on what was just written, and exits with 10 on a change of accuracy either way.
+//! `bench check`: passes on what was just written, and exits with 10 where accuracy got worse.
 
 use std::fs;
 use vantage_tests::{Finished, SmallScene, bench};

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::Split;
 use vantage_eval::cli::RendererChoice;
@@ -35,6 +36,18 @@ fn it_was_trained_as_every_scene_says() {
     assert!(compared > 0);
 }
 
+#[test]
+fn the_committed_results_are_of_the_shipped_scenes() {
+    for path in scenes() {
+        let file: SceneFile = scene_file::read(&path).unwrap();
+        let results = root().join("results").join(&file.name).join("results.json");
+        let results: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(&results).unwrap()).unwrap();
+        let scene = scene_file::hash(&file).unwrap();
+        assert_eq!(results["scene_hash"], scene, "{}: run `bench` on it again", path.display());
+    }
+}
+
 /// Views are the same to the bit on one processor, adapter and driver only.
 #[test]
 #[ignore = "renders all views of the training: minutes"]
@@ -47,7 +60,9 @@ fn its_views_are_those_rendered_here() {
     let cpu = Host::this().cpu.unwrap_or_default();
     for (what, here) in [("adapter", renderer.adapter), ("driver", renderer.driver), ("cpu", cpu)] {
         if there[what] != here {
-            eprintln!("SKIPPED: the model's views were rendered on {what} {:?}, not {here:?}", there[what]);
+            let told =
+                format!("SKIPPED: the model's views were rendered on {what} {:?}, not {here:?}", there[what]);
+            writeln!(std::io::stderr(), "{told}").unwrap();
             return;
         }
     }

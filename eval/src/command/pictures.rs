@@ -45,11 +45,12 @@ pub fn write(out: &OutputFolder, folder: &Path, scored: &Scored) -> Result<(), B
             }
         }
     }
-    let likelihood = likelihood_svg(
-        "Log-likelihood of a crop against azimuth, unseen asymmetric instances",
-        &[("viewpoint_dependent", scored.likelihood())],
-    )?;
-    out.write(folder.join("likelihood.svg"), likelihood.as_bytes())?;
+    let curve = scored.likelihood();
+    if !curve.is_empty() {
+        let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
+        let likelihood = likelihood_svg(title, &[("viewpoint_dependent", curve)])?;
+        out.write(folder.join("likelihood.svg"), likelihood.as_bytes())?;
+    }
     Ok(())
 }
 

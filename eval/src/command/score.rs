@@ -51,7 +51,8 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     clock.stage("estimates");
     let unseen = unseen(&pipeline, &seeds, &loaded)?;
     clock.stage("unseen instances");
-    let scored = tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen)?;
+    let scored =
+        tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;
 
     manifest.model_hash = Some(loaded.hash.clone());
     manifest.dataset_hash = Some(dataset_hash(&episodes));
@@ -115,6 +116,9 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     pictures::write(&out, &folder, &scored)?;
     out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
     report::write(&out, &scored.results, &scored.manifest)?;
+    if scored.answers.iter().all(|(_, rows)| rows.iter().all(|answer| answer.world_from_robot.is_empty())) {
+        return Err(BenchError::NothingAnswered { scene });
+    }
     if scored.detections == 0 {
         return Err(BenchError::NothingSeen { scene });
     }
@@ -137,11 +141,12 @@ fn viewpoint_table(unseen: &[Unseen], style: Style) -> String {
 }
 
 impl Scored {
-    /// The model's likelihood against the azimuth's offset, mean over seeds.
+    /// The model's likelihood against the azimuth's offset, mean over the seeds that have one; empty without any.
     pub fn likelihood(&self) -> Vec<(f64, f64)> {
-        let Some(first) = self.unseen.first() else { return Vec::new() };
-        let n = self.unseen.len() as f64;
-        let mean = |i: usize| self.unseen.iter().map(|seed| seed.likelihood[i].1).sum::<f64>() / n;
+        let curves: Vec<_> = self.unseen.iter().filter(|seed| !seed.likelihood.is_empty()).collect();
+        let Some(first) = curves.first() else { return Vec::new() };
+        let mean =
+            |i: usize| curves.iter().map(|seed| seed.likelihood[i].1).sum::<f64>() / curves.len() as f64;
         first.likelihood.iter().enumerate().map(|(i, (offset, _))| (*offset, mean(i))).collect()
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::exit::BenchError;
 use crate::metric::Metric;
-use crate::pipeline::{Answer, EpisodeFolder, LATENTS, PIXELS, Unseen};
+use crate::pipeline::{Answer, LATENTS, LoadedModel, PIXELS, SeedEpisode, Unseen};
 use crate::score::ate::{ate, ate_umeyama};
 use crate::score::heading::heading_error;
 use crate::score::object::object_errors;
@@ -45,9 +45,10 @@ pub struct Tables {
 pub fn tables(
     rows: &[Row],
     seeds: &[Seed],
-    episodes: &[(Seed, Result<EpisodeFolder, String>)],
+    episodes: &[SeedEpisode],
     answers: &[(Seed, Vec<Answer>)],
     unseen: &[Unseen],
+    model: &LoadedModel,
 ) -> Result<Tables, BenchError> {
     let mut runs = Vec::new();
     let mut detections = 0;
@@ -55,7 +56,9 @@ pub fn tables(
         let truth = match episode {
             Ok(episode) => {
                 detections += read_observations(&episode.folder)?.detections.len();
-                Some(read_truth(&episode.folder)?)
+                let truth = read_truth(&episode.folder)?;
+                model.check_unseen(truth.objects.iter().map(|object| object.instance))?;
+                Some(truth)
             }
             Err(_) => None,
         };

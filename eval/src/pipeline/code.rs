@@ -1,4 +1,4 @@
-//! The source code behind each stage, by its hash with that of `Cargo.lock`: part of every key of the cache, so that a
+//! The source code behind each stage, by its hash with that of the manifests, `Cargo.lock` and the compiler: part of every key of the cache, so that a
 //! change of code is never answered with what older code made.
 
 /// What simulates and renders.

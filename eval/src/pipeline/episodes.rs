@@ -90,7 +90,7 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
 }
 
 /// Whether another seed may do better.
-fn concerns_one_seed(error: &SimError) -> bool {
+pub fn concerns_one_seed(error: &SimError) -> bool {
     matches!(
         error,
         SimError::NothingFits { .. }

@@ -13,7 +13,8 @@ mod training;
 mod unseen;
 mod views;
 
-pub use episodes::{EpisodeFolder, SeedEpisode, episodes};
+pub use code::SIMULATED;
+pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use estimates::{Answer, estimates};
 pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;

@@ -26,6 +26,16 @@ pub struct LoadedModel {
     pub seen: BTreeSet<InstanceId>,
 }
 
+impl LoadedModel {
+    /// Refuses to score instances that the model has seen.
+    pub fn check_unseen(&self, scored: impl IntoIterator<Item = InstanceId>) -> Result<(), BenchError> {
+        match scored.into_iter().find(|instance| self.seen.contains(instance)) {
+            Some(instance) => Err(BenchError::Leak { instance, folder: self.folder.clone() }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Loads the model in `folder`, or trains one where that is `None`.
 pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, BenchError> {
     match folder {
@@ -42,28 +52,31 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
     let trained_under = model.manifest().training.provenance.get(VIEW_CONDITIONS);
     if trained_under != Some(&scene_file::hash(&pipeline.scene.view_conditions())?) {
         pipeline.progress.note(&format!(
-            "note: the model in {} was trained under other views than this scene's (families, light, camera or \
-             viewpoints differ); it is scored as it is",
+            "note: the model in {} was trained under other views than this scene's (families, light, camera, \
+             viewpoints or their number differ); it is scored as it is",
             folder.display()
         ));
     }
     Ok(LoadedModel {
         hash: model.hash().to_owned(),
-        seen: seen_instances(folder)?,
+        seen: seen_instances(folder, model.manifest().training.instances)?,
         model: TractModel::new(model).map_err(vantage_slam::EstimateError::from)?,
         folder: folder.to_owned(),
     })
 }
 
-fn seen_instances(folder: &Path) -> Result<BTreeSet<InstanceId>, BenchError> {
+/// The list, which has to hold all `trained_on` training instances and some that calibrated the noise.
+fn seen_instances(folder: &Path, trained_on: usize) -> Result<BTreeSet<InstanceId>, BenchError> {
     let path = folder.join(TRAINING_INSTANCES);
     let invalid = |reason: String| BenchError::TrainingInstances { path: path.clone(), reason };
     let text = std::fs::read_to_string(&path).map_err(|error| invalid(error.to_string()))?;
-    text.lines()
-        .map(|line| {
-            u64::from_str_radix(line, 16)
-                .map(InstanceId)
-                .map_err(|_| invalid(format!("got {line:?}, expected 16 hexadecimal digits")))
-        })
-        .collect()
+    let id = |line: &str| {
+        let id = u64::from_str_radix(line, 16).ok().filter(|_| line.len() == 16);
+        id.map(InstanceId).ok_or_else(|| invalid(format!("got {line:?}, expected 16 hexadecimal digits")))
+    };
+    let seen: BTreeSet<InstanceId> = text.lines().map(id).collect::<Result<_, _>>()?;
+    if seen.len() <= trained_on {
+        return Err(invalid(format!("got {} instances, expected more than {trained_on}", seen.len())));
+    }
+    Ok(seen)
 }

@@ -26,8 +26,16 @@ impl TractModel {
     }
 }
 
-fn runtime(error: vantage_learn::ModelError) -> ModelError {
-    ModelError::Runtime { message: error.to_string() }
+/// An answer that is not finite costs a detection, anything else the run.
+fn failed(error: vantage_learn::ModelError) -> ModelError {
+    use vantage_learn::{GraphError, ModelError as Learned};
+    match error {
+        Learned::Run { source: GraphError::NonFiniteOutput { .. }, .. } => {
+            ModelError::NonFinite { what: "output" }
+        }
+        Learned::Run { source: GraphError::InputRange { .. }, .. } => ModelError::NonFinite { what: "input" },
+        error => ModelError::Runtime { message: error.to_string() },
+    }
 }
 
 impl ObservationModel for TractModel {
@@ -40,11 +48,11 @@ impl ObservationModel for TractModel {
     }
 
     fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
-        self.model.measure(crop).map_err(runtime)
+        self.model.measure(crop).map_err(failed)
     }
 
     fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError> {
-        let view = self.model.encode(crop, viewpoint).map_err(runtime)?;
+        let view = self.model.encode(crop, viewpoint).map_err(failed)?;
         Ok(LatentGaussian { mean: view.mean, variance: view.variance })
     }
 
@@ -53,7 +61,7 @@ impl ObservationModel for TractModel {
         latent: &DVector<f64>,
         conditioning: &[f64; CONDITIONING],
     ) -> Result<DVector<f64>, ModelError> {
-        self.model.predict(latent, conditioning).map_err(runtime)
+        self.model.predict(latent, conditioning).map_err(failed)
     }
 
     fn linearize(
@@ -61,7 +69,7 @@ impl ObservationModel for TractModel {
         latent: &DVector<f64>,
         conditioning: &[f64; CONDITIONING],
     ) -> Result<Linearization, ModelError> {
-        let at = self.model.linearize(latent, conditioning).map_err(runtime)?;
+        let at = self.model.linearize(latent, conditioning).map_err(failed)?;
         Ok(Linearization { mean: at.measurement, d_latent: at.d_latent, d_conditioning: at.d_conditioning })
     }
 

@@ -13,14 +13,18 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::Key;
 use vantage_dataset::{InstanceId, Split, ViewSet};
-use vantage_learn::Progress;
+use vantage_learn::{MANIFEST, Progress};
 
 /// The folder of the scene's model, trained where the cache has none.
 pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
     let conditions = pipeline.scene.view_conditions();
     let training = &pipeline.file.training;
     let inputs = (code::TRAINED, &conditions, training.seed, &training.model, &pipeline.renderer_info);
-    Ok(pipeline.stored(&Key::new("model", &inputs)?, |work| train(pipeline, work))?.folder)
+    let entry = pipeline.stored(&Key::new("model", &inputs)?, |work| {
+        // A run that was killed between the last file and the commit has left a whole model.
+        if work.join(MANIFEST).exists() { Ok(()) } else { train(pipeline, work) }
+    })?;
+    Ok(entry.folder)
 }
 
 /// Trains the scene's model into `folder`, from where an interrupted training left it.
@@ -28,12 +32,24 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
     let spec = &pipeline.file.training;
     let training = shown_views(pipeline, Split::Train)?;
     let validation = shown_views(pipeline, Split::Validation)?;
+    let mut list = String::new();
+    let seen: BTreeSet<InstanceId> =
+        training.instances.iter().chain(&validation.instances).map(|instance| instance.id).collect();
+    for id in seen {
+        // Writing to a string cannot fail.
+        let _ = writeln!(list, "{:016x}", id.0);
+    }
+    let path = folder.join(TRAINING_INSTANCES);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, list))
+        .map_err(|source| OutputError { path, source })?;
     let info = pipeline.renderer_info.clone();
     let provenance = [
         (VIEW_CONDITIONS, scene_file::hash(&pipeline.scene.view_conditions())?),
         ("renderer", info.renderer),
         ("adapter", info.adapter),
         ("driver", info.driver),
+        ("code", code::TRAINED.to_owned()),
         ("cpu", Host::this().cpu.unwrap_or_default()),
     ];
     let provenance = provenance.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
@@ -50,15 +66,6 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
             ControlFlow::Continue(())
         },
     )?;
-    let mut list = String::new();
-    let seen: BTreeSet<InstanceId> =
-        training.instances.iter().chain(&validation.instances).map(|instance| instance.id).collect();
-    for id in seen {
-        // Writing to a string cannot fail.
-        let _ = writeln!(list, "{:016x}", id.0);
-    }
-    let path = folder.join(TRAINING_INSTANCES);
-    std::fs::write(&path, list).map_err(|source| OutputError { path, source })?;
     Ok(())
 }
 

@@ -65,14 +65,10 @@ pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Resul
         .map(|&seed| {
             let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
             rendered.advance(1);
-            match set.instances.iter().find(|instance| model.seen.contains(&instance.id)) {
-                Some(instance) => {
-                    Err(BenchError::Leak { instance: instance.id, folder: model.folder.clone() })
-                }
-                None => Ok((seed, set, seal)),
-            }
+            model.check_unseen(set.instances.iter().map(|instance| instance.id))?;
+            Ok((seed, set, seal))
         })
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<Result<Vec<_>, BenchError>>()?;
     drop(rendered);
     let stage = pipeline.progress.stage("unseen instances", seeds.len() as u64);
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
@@ -130,7 +126,8 @@ fn single(factor: &LatentGaussian, model: &ViewpointModel) -> LatentGaussian {
 /// What of a latent does not turn with the object's unknown heading: the invariant numbers, and each pair's length.
 fn steady(latent: &DVector<f64>, layout: LatentLayout) -> Vec<f32> {
     let pairs = layout.pairs();
-    let length = |pair: usize| latent[layout.invariant + pair].hypot(latent[layout.invariant + pairs + pair]);
+    let length =
+        |pair: usize| libm::hypot(latent[layout.invariant + pair], latent[layout.invariant + pairs + pair]);
     let invariant = latent.iter().take(layout.invariant).copied();
     invariant.chain((0..pairs).map(length)).map(|number| number as f32).collect()
 }
@@ -176,11 +173,14 @@ fn viewpoints(
         for (view, _) in own().filter(|(view, _)| view.session % 2 == 1) {
             let likelihood = Likelihood::new(model, &latent, view)?;
             let azimuth = view.viewpoint.azimuth();
-            let found = most_likely_azimuth(|candidate| likelihood.at(candidate - azimuth));
-            if instance.symmetry == Symmetry::None {
-                let at_truth = likelihood.at(0.0);
-                for (i, sum) in curve.iter_mut().enumerate() {
-                    *sum += likelihood.at(offset(i)) - at_truth;
+            let found =
+                most_likely_azimuth(|candidate| likelihood.at(candidate - azimuth).unwrap_or(f64::NAN));
+            if instance.symmetry == Symmetry::None
+                && let Some(at_truth) = likelihood.at(0.0)
+                && let Some(own) = (0..=OFFSETS).map(|i| likelihood.at(offset(i))).collect::<Option<Vec<_>>>()
+            {
+                for (sum, own) in curve.iter_mut().zip(own) {
+                    *sum += own - at_truth;
                 }
                 curves += 1;
             }
@@ -188,8 +188,9 @@ fn viewpoints(
             trials.push(UnseenTrial { family, symmetry, azimuth, found });
         }
     }
-    let mean = |(i, sum): (usize, f64)| (offset(i), sum / curves.max(1) as f64);
-    Ok((trials, curve.into_iter().enumerate().map(mean).collect()))
+    let mean = |(i, sum): (usize, f64)| (offset(i), sum / curves as f64);
+    let curve = if curves == 0 { Vec::new() } else { curve.into_iter().enumerate().map(mean).collect() };
+    Ok((trials, curve))
 }
 
 /// `log p(m(z) | e, x_rel)` of one crop as a function of the azimuth.
@@ -207,12 +208,12 @@ impl<'a> Likelihood<'a> {
         Ok(Self { model, latent, view, measured, sqrt_information: model.noise().sqrt_information() })
     }
 
-    /// Of the azimuth that is `turn` more than the true one; NaN where the model has no answer.
-    fn at(&self, turn: f64) -> f64 {
+    /// Of the azimuth that is `turn` more than the true one; `None` where the model has no answer.
+    fn at(&self, turn: f64) -> Option<f64> {
         let x = self.view.viewpoint.turned(turn).conditioning();
-        let Ok(predicted) = self.model.predict(self.latent, &x) else { return f64::NAN };
+        let predicted = self.model.predict(self.latent, &x).ok()?;
         let squared = (&self.sqrt_information * (&self.measured - predicted)).norm_squared();
         let nu = self.model.noise().degrees_of_freedom;
-        -0.5 * (nu + self.measured.len() as f64) * (squared / nu).ln_1p()
+        Some(-0.5 * (nu + self.measured.len() as f64) * libm::log1p(squared / nu))
     }
 }

@@ -4,7 +4,6 @@ use super::weights::{Dense, Weights};
 use crate::architecture::{Architecture, LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
 use crate::latent::LatentLayout;
 use crate::manifest::Role;
-
 use crate::onnx::build::{GraphBuilder, integers};
 use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};

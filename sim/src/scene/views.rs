@@ -13,10 +13,10 @@ pub struct ViewsSpec {
     /// Instances that train the model.
     #[garde(range(min = 1))]
     pub train_instances: u32,
-    /// Instances that calibrate noise and stop training.
+    /// Instances that calibrate the noise of the measurement.
     #[garde(range(min = 1))]
     pub validation_instances: u32,
-    /// Instances that the viewpoint error is measured on.
+    /// Instances that viewpoints, clustering and retrieval are scored on, for each seed.
     #[garde(range(min = 1))]
     pub test_instances: u32,
     /// Views of each instance, spread evenly over its sessions.
