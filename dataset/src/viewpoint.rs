@@ -40,13 +40,13 @@ impl Viewpoint {
     pub fn new(object_from_camera: &Pose, object_size: f64) -> Option<Self> {
         let p = object_from_camera.translation.vector;
         let distance = p.norm();
-        let horizontal = p.x.hypot(p.y);
+        let horizontal = libm::hypot(p.x, p.y);
         let normal = axis_plane_normal(object_from_camera);
         let center_in_camera = object_from_camera.inverse().translation.vector;
         let defined = object_size > 0.0
             && horizontal > 1e-6 * distance
             && center_in_camera.z > 0.0
-            && normal.x.hypot(normal.y) > 1e-9 * distance;
+            && libm::hypot(normal.x, normal.y) > 1e-9 * distance;
         defined.then(|| Self {
             direction: p / distance,
             roll: libm::atan2(-normal.y, -normal.x),

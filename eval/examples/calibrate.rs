@@ -96,21 +96,20 @@ impl Boxes {
     }
 }
 
-/// NEES over 6 of all poses but the first, which is the world's frame.
+/// NEES over 6 of all poses but the first, which is the world's frame; not a number where one has no covariance.
 fn mean_nees(answers: &[(Estimate, f64)], episodes: &[Episode]) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
     for ((answer, _), episode) in answers.iter().zip(episodes) {
         let truth = &episode.truth.world_from_robot;
-        let Some(covariances) = &answer.pose_covariances else { continue };
+        let Some(covariances) = &answer.pose_covariances else { return f64::NAN };
         for ((pose, covariance), true_pose) in
             answer.world_from_robot.iter().zip(covariances).zip(truth).skip(1)
         {
             let true_pose: Pose = truth[0].inverse() * true_pose;
             let error = se3::log(&pose.inv_mul(&true_pose));
-            if let Some(inverse) = covariance.try_inverse() {
-                sum += (error.transpose() * inverse * error)[0] / 6.0;
-                count += 1;
-            }
+            let Some(inverse) = covariance.try_inverse() else { return f64::NAN };
+            sum += (error.transpose() * inverse * error)[0] / 6.0;
+            count += 1;
         }
     }
     sum / f64::from(count)

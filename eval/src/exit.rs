@@ -112,6 +112,12 @@ pub enum BenchError {
         /// What is wrong.
         reason: String,
     },
+    /// A row panicked.
+    #[error("an estimator panicked on {}: its runs count as failed, all others were written", scene.display())]
+    Panicked {
+        /// The scene.
+        scene: PathBuf,
+    },
     /// Every row failed on every seed.
     #[error(
         "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
@@ -203,7 +209,8 @@ impl BenchError {
             | BenchError::Table(_)
             | BenchError::Json(_)
             | BenchError::Csv(_)
-            | BenchError::Figure(_) => Exit::Bug,
+            | BenchError::Figure(_)
+            | BenchError::Panicked { .. } => Exit::Bug,
         }
     }
 }

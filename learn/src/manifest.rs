@@ -85,9 +85,9 @@ pub fn conditioning_names() -> Vec<String> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// [`FORMAT`].
+    /// `vantage viewpoint-dependent model`.
     pub format: String,
-    /// [`VERSION`].
+    /// 1, the version written and read.
     pub version: u32,
     /// ONNX operator set of the graphs.
     pub opset: i64,

@@ -31,7 +31,7 @@ impl ResidualNoise {
     /// The maximum-likelihood scale matrix and degrees of freedom of zero-mean residuals, `[n, d]`.
     ///
     /// Expectation maximisation for the scale, a line search on the likelihood itself for the degrees of
-    /// freedom (ECME, Liu and Rubin 1995). `None` with fewer than [`RESIDUALS_PER_DIMENSION`] `* d` residuals,
+    /// freedom (ECME, Liu and Rubin 1995). `None` with fewer than `4 d` residuals,
     /// or where they are not finite.
     pub fn fit(residuals: &DMatrix<f64>) -> Option<Self> {
         let (n, d) = residuals.shape();

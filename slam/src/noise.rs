@@ -83,7 +83,7 @@ impl BearingNoise {
     /// Standard deviation of either image coordinate over the focal length, for a box of `angular_size`
     /// (side over focal length).
     pub fn sigma(&self, angular_size: f64) -> f64 {
-        self.fixed.hypot(self.proportional * angular_size)
+        libm::hypot(self.fixed, self.proportional * angular_size)
     }
 }
 

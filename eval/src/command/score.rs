@@ -5,11 +5,14 @@ use crate::cli::{RunArgs, StageArgs};
 use crate::exit::{BenchError, Exit};
 use crate::manifest::{Manifest, Renderer};
 use crate::output::OutputFolder;
-use crate::pipeline::{Answer, EpisodeFolder, Pipeline, Unseen, episodes, estimates, model, unseen};
+use crate::pipeline::{
+    Answer, EpisodeFolder, PANICKED, Pipeline, Unseen, episodes, estimates, model, unseen,
+};
 use crate::render::{self, Style};
 use crate::report;
 use crate::results::Results;
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
+use crate::table::Outcome;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -116,6 +119,10 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     pictures::write(&out, &folder, &scored)?;
     out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
     report::write(&out, &scored.results, &scored.manifest)?;
+    let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
+    if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
+        return Err(BenchError::Panicked { scene });
+    }
     if scored.answers.iter().all(|(_, rows)| rows.iter().all(|answer| answer.world_from_robot.is_empty())) {
         return Err(BenchError::NothingAnswered { scene });
     }

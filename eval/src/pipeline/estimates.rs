@@ -8,6 +8,7 @@ use crate::table::Outcome;
 use nalgebra::{Point3, UnitQuaternion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use vantage_dataset::store::{Key, read_observations};
 use vantage_dataset::{Pose, Seed};
 use vantage_slam::{Estimate, EstimateError, EstimatorSpec, Outcome as Ending, Row, estimate};
@@ -129,7 +130,10 @@ pub fn estimates(
         .collect()
 }
 
-/// A row whose model fails on a crop has failed on the seed; the other rows stand.
+/// What a row that panicked says.
+pub const PANICKED: &str = "panicked, which is a bug in the estimator";
+
+/// A row whose model fails on a crop, or that panics, has failed on the seed; the other rows stand.
 fn answer(
     episode: &EpisodeFolder,
     model: &LoadedModel,
@@ -138,10 +142,14 @@ fn answer(
     let observations = read_observations(&episode.folder)?;
     spec.rows
         .iter()
-        .map(|&row| match estimate(&observations, row, Some(&model.model), spec) {
-            Ok(estimate) => Ok(Answer::new(&estimate)),
-            Err(error @ EstimateError::Model(_)) => Ok(Answer::failed(row, error.to_string())),
-            Err(error) => Err(error.into()),
+        .map(|&row| {
+            let run = || estimate(&observations, row, Some(&model.model), spec);
+            match catch_unwind(AssertUnwindSafe(run)) {
+                Ok(Ok(estimate)) => Ok(Answer::new(&estimate)),
+                Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(row, error.to_string())),
+                Ok(Err(error)) => Err(error.into()),
+                Err(_) => Ok(Answer::failed(row, PANICKED.to_owned())),
+            }
         })
         .collect()
 }

@@ -15,7 +15,7 @@ mod views;
 
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
-pub use estimates::{Answer, estimates};
+pub use estimates::{Answer, PANICKED, estimates};
 pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]

@@ -1,7 +1,7 @@
 //! Rendering: `z_k` before the detector.
 //!
-//! Two renderers stand behind [`Renderer`]: [wgpu](wgpu) on any Vulkan driver (lavapipe on a machine without a GPU), and a
-//! plain-Rust [reference] rasterizer that gives the same bits on any CPU and is the oracle of the other.
+//! Two renderers stand behind [`Renderer`]: [`mod@wgpu`] on any Vulkan driver (lavapipe on a machine without a GPU), and a
+//! plain-Rust [`mod@reference`] rasterizer that gives the same bits on any CPU and is the oracle of the other.
 //!
 //! Both draw the same picture: triangles counter-clockwise on the image, nearest first (earlier placement on a tie), from
 //! [`NEAR`] to infinity; albedo filtered trilinearly in sRGB encoding with repeating coordinates; `n . l` interpolated from
