@@ -9,9 +9,11 @@
 //! perturb on the right: `T * Exp(xi)`.
 
 pub mod camera;
+pub mod capture;
 pub mod crop;
 pub mod episode;
 pub mod instance;
+pub mod sample;
 pub mod se3;
 pub mod seed;
 pub mod store;
@@ -19,11 +21,13 @@ pub mod viewpoint;
 pub mod views;
 
 pub use camera::Camera;
+pub use capture::{Capture, CapturedObject};
 pub use crop::Crop;
 pub use episode::{
     BoundingBox, Detection, DetectionTruth, Episode, ObjectTruth, Observations, Odometry, Truth,
 };
 pub use instance::{InstanceId, Split, Symmetry};
+pub use sample::Sample;
 pub use se3::{Pose, Tangent};
 pub use seed::{Seed, Stream};
 pub use viewpoint::Viewpoint;
