@@ -1,7 +1,8 @@
 //! What a simulation would cost, before it starts.
 
 use crate::error::SimError;
-use crate::scene::{CheckedScene, ViewConditions};
+use crate::robot::track::Track;
+use crate::scene::{CheckedScene, PathSpec, ViewConditions};
 use crate::texture::TEXTURE_SIDE;
 use vantage_dataset::crop::CROP_BYTES;
 
@@ -25,12 +26,12 @@ const VIEW_BYTES: u64 = CROP_BYTES as u64 + 100;
 /// Refuses an episode that would play too long, or not fit into memory with every object seen at every step.
 pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
     let robot = scene.robot();
-    let seconds = robot.laps * robot.path.length() / robot.speed;
+    let seconds = robot.laps * longest(&robot.path) / robot.speed;
     if seconds > TIME_LIMIT {
         return Err(SimError::TooLong { seconds, limit: TIME_LIMIT });
     }
     let camera = &scene.sensors().camera;
-    let (objects, steps) = (u64::from(scene.world().objects), u64::from(robot.steps));
+    let (objects, steps) = (u64::from(scene.world().objects), images(scene));
     let pixels = u64::from(camera.width).saturating_mul(u64::from(camera.height));
     let bytes = objects
         .saturating_mul(OBJECT_BYTES)
@@ -42,6 +43,30 @@ pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
         "the episode",
         "`world.objects`, `robot.steps` or the camera's `width` and `height`",
     )
+}
+
+/// No track of a path is longer, metres; 0 where nothing drives.
+fn longest(path: &PathSpec) -> f64 {
+    match path {
+        PathSpec::RandomWalk { legs, leg_length, .. } => f64::from(*legs) * leg_length.high(),
+        _ => Track::fixed(path).map_or(0.0, |track| track.length()),
+    }
+}
+
+/// No episode has more images.
+fn images(scene: &CheckedScene) -> u64 {
+    let robot = scene.robot();
+    match &robot.path {
+        PathSpec::Turntable { elevations_deg, angles, .. } => {
+            elevations_deg.len() as u64 * u64::from(*angles)
+        }
+        PathSpec::Grid { spacing, headings, .. } => {
+            let room = &scene.world().room;
+            let points = (room.length / spacing + 1.0) * (room.width / spacing + 1.0);
+            points as u64 * u64::from(*headings)
+        }
+        _ => robot.steps.unwrap_or(0).into(),
+    }
 }
 
 /// Refuses a set of views that would not fit into memory.

@@ -2,12 +2,15 @@
 
 use crate::budget;
 use crate::error::{Progress, SimError, Stage};
-use crate::render::{NO_OBJECT, Placement, RenderScene, Renderer, Shot};
+use crate::render::{Light, NO_OBJECT, Placement, RenderScene, Renderer, Shot};
 use crate::robot::drive::{Drive, drive};
-use crate::scene::CheckedScene;
+use crate::scene::{CheckedScene, PathSpec};
 use crate::sensor::detector::{Target, detect};
 use crate::sensor::odometry;
+use crate::world::ground::Ground;
 use crate::world::{World, lighting, surroundings};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::PI;
 use std::sync::Arc;
 use vantage_dataset::{Camera, Episode, Observations, Odometry, Pose, Seed, Split, Truth};
 
@@ -25,6 +28,8 @@ pub struct Rollout {
     pub camera: Camera,
     /// Where the camera sits.
     pub robot_from_camera: Pose,
+    /// How far a turntable has turned at each step, radians; empty where none turns.
+    table_angles: Vec<f64>,
 }
 
 /// Makes the world and drives the robot through it. Streams of randomness are named by what they decide, so that, for
@@ -37,7 +42,8 @@ pub fn roll_out(
 ) -> Result<Rollout, SimError> {
     budget::check_episode(scene)?;
     let mut world = World::settled(scene, split, seed, progress)?;
-    let drive = drive(&mut world.physics, scene.robot(), progress)?;
+    let ground = Ground::new(&scene.world().room, &world.furnishing);
+    let drive = drive(&mut world.physics, scene.robot(), &ground, seed, progress)?;
     let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, seed);
     Ok(Rollout {
         seed,
@@ -46,7 +52,17 @@ pub fn roll_out(
         odometry,
         camera: scene.sensors().camera.intrinsics(),
         robot_from_camera: scene.robot().camera.robot_from_camera(),
+        table_angles: table_angles(&scene.robot().path),
     })
+}
+
+fn table_angles(path: &PathSpec) -> Vec<f64> {
+    let PathSpec::Turntable { elevations_deg, angles, .. } = path else { return Vec::new() };
+    (0..*angles)
+        .flat_map(|angle| {
+            elevations_deg.iter().map(move |_| 2.0 * PI * f64::from(angle) / f64::from(*angles))
+        })
+        .collect()
 }
 
 /// Makes an episode with objects of the given split.
@@ -58,13 +74,15 @@ pub fn simulate(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Episode, SimError> {
     let rollout = roll_out(scene, seed, split, progress)?;
-    let render_scene = rollout.render_scene(scene);
+    let mut render_scene = rollout.render_scene(scene);
+    let light = render_scene.light;
     let targets = rollout.targets(&render_scene);
     let mut detections = Vec::new();
     let mut detection_truths = Vec::new();
     let steps = rollout.drive.world_from_robot.len();
     for step in 0..steps {
         let shot = rollout.shot(step);
+        render_scene.light = rollout.light(step, &light);
         let frame = renderer.frame(&render_scene, &shot)?;
         let seen = detect(&scene.sensors().detector, &targets, step, &shot, &frame, renderer)?;
         for (detection, truth) in seen {
@@ -103,7 +121,7 @@ impl Rollout {
                 id: NO_OBJECT + 1 + i as u32,
             })
             .collect();
-        placements.extend(surroundings::placements(&spec.room, &self.world.stands, self.seed));
+        placements.extend(surroundings::placements(&spec.room, &self.world.furnishing, self.seed));
         let ceiling = (150.0 + 90.0 * self.seed.stream("ceiling", 0).unit()) as u8;
         RenderScene {
             placements,
@@ -118,6 +136,13 @@ impl Rollout {
             camera: self.camera,
             world_from_camera: self.drive.world_from_robot[step] * self.robot_from_camera,
         }
+    }
+
+    /// The light at a step, in a world that a turntable turns with its object: it stays where the cameras are.
+    pub fn light(&self, step: usize, at_start: &Light) -> Light {
+        let Some(&angle) = self.table_angles.get(step) else { return *at_start };
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        Light { direction: turn * at_start.direction, ..*at_start }
     }
 
     /// What the detector looks for.

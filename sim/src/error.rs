@@ -61,6 +61,28 @@ pub enum SimError {
         /// Distance from where it should be, metres.
         distance: f64,
     },
+    /// No walk was found that keeps clear of everything.
+    #[error(
+        "no random walk of {legs} legs keeps clear of everything, the longest found has {longest}; make `leg_length` or \
+         `clearance` smaller, or clear the room"
+    )]
+    NoWalk {
+        /// How many legs were asked for.
+        legs: usize,
+        /// How many the best attempt has.
+        longest: usize,
+    },
+    /// No point of the grid is free.
+    #[error(
+        "no point of the grid is {clearance} m clear of everything; make `clearance` or `spacing` smaller"
+    )]
+    NoStation {
+        /// What was asked for, metres.
+        clearance: f64,
+    },
+    /// A path of stations is not driven.
+    #[error("turntables and grids are no tracks to drive along; please report the scene")]
+    NoTrack,
     /// The scene needs more memory than a simulation may take.
     #[error(
         "{what} would take about {} MB of memory, at most {} MB are allowed; reduce {remedy}",

@@ -3,18 +3,24 @@
 //! The structs here are what a file says; only a [`CheckedScene`] enters a simulation. Angles in files are in
 //! degrees and their names end in `_deg`; lengths are metres.
 
+pub mod furniture;
+pub mod path;
 pub mod robot;
 pub mod rule;
 pub mod sensors;
 pub mod views;
 pub mod world;
 
-pub use robot::{MountSpec, PathSpec, RobotSpec};
+pub use furniture::{PieceSpec, Side};
+pub use path::PathSpec;
+pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
 pub use sensors::{CameraSpec, DetectorSpec, OdometrySpec, SensorSpec};
 pub use views::ViewsSpec;
 pub use world::{LightingSpec, RoomSpec, SurfaceSpec, WorldSpec};
 
 use crate::robot::body::RADIUS as ROBOT_RADIUS;
+use crate::robot::track::Track;
+use crate::world::ground::Ground;
 use garde::Validate;
 use serde::{Deserialize, Serialize};
 
@@ -92,12 +98,23 @@ pub struct ViewConditions {
     pub views: ViewsSpec,
 }
 
-/// The rule between parts: the path stays in the room and clear of what the objects stand on.
+/// Distance between the points of a path that are checked, metres.
+const STRIDE: f64 = 0.02;
+
+/// Of so many pedestals, all are as far from the path.
+const MANY: u32 = 1000;
+
+/// The rules between parts: the path stays in the room and clear of what the objects stand on, and fits to it. Random walks
+/// and grids keep clear by themselves.
 pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result {
     move |robot, ()| {
-        let path = &robot.path;
-        let [reach_x, reach_y] = path.half_extents().map(|half| half + ROBOT_RADIUS);
+        let Some(track) = Track::fixed(&robot.path) else { return fits_without_track(world, robot) };
         let [room_x, room_y] = [world.room.length / 2.0, world.room.width / 2.0];
+        let reach = |axis: usize| {
+            let positions = track.samples(STRIDE).map(|waypoint| waypoint.position[axis].abs());
+            positions.fold(0.0, f64::max) + ROBOT_RADIUS
+        };
+        let [reach_x, reach_y] = [reach(0), reach(1)];
         if reach_x > room_x || reach_y > room_y {
             return Err(garde::Error::new(format!(
                 "the path needs a room of at least {:.2} x {:.2} m, got {} x {} m; enlarge world.room or shrink \
@@ -108,25 +125,32 @@ pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result
                 world.room.width
             )));
         }
-        let (needed, got, what) = match world.surface {
-            SurfaceSpec::RoundTable { radius, .. } => {
-                (radius + ROBOT_RADIUS, path.clearance_of_disc(), "the table's radius and")
-            }
-            SurfaceSpec::RectangularTable { length, width, .. } => {
-                let beside = path.clearance_of_rectangle(length / 2.0, width / 2.0);
-                (ROBOT_RADIUS, beside, "")
-            }
-            SurfaceSpec::Pedestals { radius, offset, .. } => {
-                (radius + ROBOT_RADIUS, offset, "the pedestal's radius and")
-            }
-        };
-        if got < needed {
+        let ground =
+            Ground::new(&world.room, &world.surface.furnish(robot, world.objects.min(MANY) as usize));
+        let clearances =
+            track.samples(STRIDE).map(|waypoint| (ground.clearance(&waypoint.position), waypoint));
+        let Some((gap, nearest)) = clearances.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(()) };
+        if gap < ROBOT_RADIUS {
             return Err(garde::Error::new(format!(
-                "the robot would bump into world.surface: the path passes at {got:.2} m, expected at least \
-                 {needed:.2} m ({what} the robot's {ROBOT_RADIUS} m); widen the path or the offset, or shrink the \
-                 surface"
+                "the robot would bump into world.surface: at ({:.2}, {:.2}) the path passes at {gap:.2} m, expected \
+                 at least the robot's {ROBOT_RADIUS} m; widen the path or the offset, or shrink the surface",
+                nearest.position.x, nearest.position.y
             )));
         }
         Ok(())
+    }
+}
+
+fn fits_without_track(world: &WorldSpec, robot: &RobotSpec) -> garde::Result {
+    match (&robot.path, &world.surface) {
+        (_, SurfaceSpec::Pedestals { .. }) => Err(garde::Error::new(
+            "world.surface.pedestals stand beside a path that is the same for every seed; choose another path, or \
+             furniture",
+        )),
+        (PathSpec::Turntable { .. }, SurfaceSpec::RoundTable { .. }) if world.objects == 1 => Ok(()),
+        (PathSpec::Turntable { .. }, _) => Err(garde::Error::new(
+            "the turntable path looks at one object: world.objects must be 1, and world.surface a round_table",
+        )),
+        _ => Ok(()),
     }
 }

@@ -8,6 +8,7 @@ mod family;
 mod hull;
 mod paint;
 mod solid;
+mod tint;
 
 pub use catalog::Catalog;
 pub use family::Family;

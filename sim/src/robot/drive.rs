@@ -1,11 +1,13 @@
-//! Pure pursuit: the robot steers towards a point ahead on its path.
+//! Pure pursuit: the robot steers towards a point ahead on its track.
 
 use crate::error::{Progress, SimError, Stage};
-use crate::robot::body;
-use crate::scene::{PathSpec, RobotSpec};
+use crate::robot::track::Track;
+use crate::robot::{body, hand, stations};
+use crate::scene::RobotSpec;
+use crate::world::ground::Ground;
 use crate::world::physics::{Body, Physics, RATE};
 use nalgebra::{Translation3, Vector2, Vector3};
-use vantage_dataset::Pose;
+use vantage_dataset::{Pose, Seed};
 
 /// Distance along the path of the point it steers to, metres.
 const LOOKAHEAD: f64 = 0.25;
@@ -21,22 +23,42 @@ pub struct Drive {
     pub world_from_robot: Vec<Pose>,
 }
 
-/// Drives the path of the spec; its speed is kept to within half a physics step between two images.
+/// Goes where the spec says. A robot drives, its speed kept to within half a physics step between two images; a hand sways
+/// about what it would have driven; a camera at stations is put there.
 pub fn drive(
     physics: &mut Physics,
     spec: &RobotSpec,
+    ground: &Ground,
+    seed: Seed,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Drive, SimError> {
-    let spacing = spec.laps * spec.path.length() / f64::from(spec.steps - 1);
+    let mut drive = if spec.path.stations() {
+        stations::visit(spec, ground)?
+    } else {
+        pursue(physics, spec, &Track::of(spec, ground, seed)?, progress)?
+    };
+    if let Some(hand) = &spec.handheld {
+        hand::sway(hand, &spec.camera.robot_from_camera(), &mut drive, seed);
+    }
+    Ok(drive)
+}
+
+fn pursue(
+    physics: &mut Physics,
+    spec: &RobotSpec,
+    track: &Track,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Drive, SimError> {
+    let steps = spec.steps.unwrap_or(2);
+    let spacing = spec.laps * track.length() / f64::from(steps - 1);
     let ticks = (spacing / spec.speed * f64::from(RATE)).round().max(1.0);
     let speed = spacing * f64::from(RATE) / ticks;
 
-    let start = spec.path.waypoint(0.0);
+    let start = track.waypoint(0.0);
     let heading = libm::atan2(start.tangent.y, start.tangent.x);
-    let mut pursuit =
-        Pursuit { path: &spec.path, body: physics.add_robot(&start.position, heading), travelled: 0.0 };
+    let mut pursuit = Pursuit { track, body: physics.add_robot(&start.position, heading), travelled: 0.0 };
     let mut drive = Drive { timestamps: Vec::new(), world_from_robot: Vec::new() };
-    for step in 0..spec.steps {
+    for step in 0..steps {
         if step > 0 {
             for _ in 0..ticks as u64 {
                 pursuit.steer(physics, speed);
@@ -44,20 +66,20 @@ pub fn drive(
             }
         }
         let pose = pursuit.pose(physics);
-        let due = spec.path.waypoint(f64::from(step) * spacing).position;
+        let due = track.waypoint(f64::from(step) * spacing).position;
         let distance = (pose.translation.vector.xy() - due).norm();
         if distance > TOLERANCE {
             return Err(SimError::LeftThePath { step: step as usize, distance });
         }
         drive.timestamps.push(f64::from(step) * ticks / f64::from(RATE));
         drive.world_from_robot.push(pose);
-        progress(Progress { stage: Stage::Drive, done: u64::from(step) + 1, total: spec.steps.into() });
+        progress(Progress { stage: Stage::Drive, done: u64::from(step) + 1, total: steps.into() });
     }
     Ok(drive)
 }
 
 struct Pursuit<'a> {
-    path: &'a PathSpec,
+    track: &'a Track,
     body: Body,
     /// Arc length of the path's point abeam, metres.
     travelled: f64,
@@ -71,10 +93,10 @@ impl Pursuit<'_> {
     fn steer(&mut self, physics: &mut Physics, speed: f64) {
         let pose = self.pose(physics);
         let position = pose.translation.vector.xy();
-        let abeam = self.path.waypoint(self.travelled);
+        let abeam = self.track.waypoint(self.travelled);
         self.travelled += (position - abeam.position).dot(&abeam.tangent);
 
-        let ahead = self.path.waypoint(self.travelled + LOOKAHEAD).position - position;
+        let ahead = self.track.waypoint(self.travelled + LOOKAHEAD).position - position;
         let forward: Vector2<f64> = (pose.rotation * Vector3::x()).xy();
         let curvature = 2.0 * forward.perp(&ahead) / ahead.norm_squared();
         physics.push(self.body, &(forward * speed), speed * curvature);

@@ -1,5 +1,6 @@
 //! `robot`: the path, and where the camera is mounted.
 
+use crate::scene::path::PathSpec;
 use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
@@ -9,45 +10,50 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSpec {
-    /// The loop it drives, counter-clockwise, centred on the world's origin.
+    /// Where it goes.
     #[garde(dive)]
     pub path: PathSpec,
-    /// How many times it drives round; more than 1 closes the loop.
-    #[garde(range(min = 0.01, max = 100.0), custom(not_nan))]
+    /// How many times it drives round a closed path; more than 1 closes the loop. Open paths are driven once at most.
+    #[serde(default = "once")]
+    #[garde(range(min = 0.01, max = 100.0), custom(not_nan), custom(laps_of(&self.path)))]
     pub laps: f64,
     /// Metres per second.
+    #[serde(default = "walking_pace")]
     #[garde(range(min = 0.01, max = 2.0), custom(not_nan))]
     pub speed: f64,
-    /// Images taken, evenly spaced along the path, both ends included.
-    #[garde(range(min = 2))]
-    pub steps: u32,
+    /// Images taken, evenly spaced along the path, both ends included. `turntable` and `grid` say themselves where images
+    /// are taken.
+    #[serde(default)]
+    #[garde(inner(range(min = 2)), custom(steps_of(&self.path)))]
+    pub steps: Option<u32>,
+    /// Whether it starts at the beginning of a closed path or anywhere on it, by the seed.
+    #[serde(default, skip_serializing_if = "StartSpec::is_default")]
+    #[garde(skip)]
+    pub start: StartSpec,
     /// Where the camera is mounted.
     #[garde(dive)]
     pub camera: MountSpec,
+    /// Carries the camera by hand instead: it sways in all six degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub handheld: Option<HandheldSpec>,
 }
 
-/// A closed path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum PathSpec {
-    /// A circle.
-    Circle {
-        /// Radius, metres.
-        #[garde(range(min = 0.2, max = 100.0), custom(not_nan))]
-        radius: f64,
-    },
-    /// A rectangle with rounded corners, its length along x.
-    RoundedRectangle {
-        /// Outer extent along x, metres.
-        #[garde(range(min = 0.5, max = 200.0), custom(not_nan))]
-        length: f64,
-        /// Outer extent along y, metres.
-        #[garde(range(min = 0.5, max = 200.0), custom(not_nan))]
-        width: f64,
-        /// Radius of the corners, metres; at most half the shorter extent.
-        #[garde(range(min = 0.2, max = 100.0), custom(not_nan), custom(at_most_half(*length, *width)))]
-        corner_radius: f64,
-    },
+/// Where a closed path begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StartSpec {
+    /// At its beginning.
+    #[default]
+    Beginning,
+    /// Anywhere on it, drawn from the seed.
+    Anywhere,
+}
+
+impl StartSpec {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// The camera's place on the robot, above its centre.
@@ -65,15 +71,46 @@ pub struct MountSpec {
     pub pitch_deg: f64,
 }
 
-fn at_most_half(length: f64, width: f64) -> impl Fn(&f64, &()) -> garde::Result {
-    move |radius, ()| {
-        let half = length.min(width) / 2.0;
-        if *radius <= half {
-            Ok(())
-        } else {
-            Err(garde::Error::new(format!(
-                "got {radius}, expected at most {half}, half the shorter of length and width"
-            )))
+/// How a hand sways about the mount: slow sinusoids in every degree of freedom, with phases of their own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct HandheldSpec {
+    /// Amplitude along each axis, metres.
+    #[garde(range(min = 0.0, max = 0.5), custom(not_nan))]
+    pub sway: f64,
+    /// Amplitude about each axis, degrees.
+    #[garde(range(min = 0.0, max = 30.0), custom(not_nan))]
+    pub tilt_deg: f64,
+    /// Seconds of one swing, about; at least.
+    #[garde(range(min = 0.5, max = 60.0), custom(not_nan))]
+    pub period: f64,
+}
+
+fn once() -> f64 {
+    1.0
+}
+
+fn walking_pace() -> f64 {
+    0.5
+}
+
+fn laps_of(path: &PathSpec) -> impl Fn(&f64, &()) -> garde::Result {
+    move |laps, ()| {
+        if path.is_closed() || *laps <= 1.0 {
+            return Ok(());
         }
+        Err(garde::Error::new(format!(
+            "got {laps}, expected at most 1: the path does not end where it begins"
+        )))
+    }
+}
+
+fn steps_of(path: &PathSpec) -> impl Fn(&Option<u32>, &()) -> garde::Result {
+    move |steps, ()| match (path.stations(), steps) {
+        (false, None) => Err(garde::Error::new("missing; expected the number of images along the path")),
+        (true, Some(_)) => {
+            Err(garde::Error::new("this path says itself where images are taken; leave `steps` out"))
+        }
+        _ => Ok(()),
     }
 }

@@ -1,6 +1,7 @@
 //! `world`: surface, objects, room and light.
 
 use crate::object::Family;
+use crate::scene::furniture::PieceSpec;
 use crate::scene::rule::{Interval, interval_within, not_nan};
 use garde::Validate;
 use schemars::JsonSchema;
@@ -19,6 +20,11 @@ pub struct WorldSpec {
     /// Number of objects.
     #[garde(range(min = 1))]
     pub objects: u32,
+    /// Makes all objects copies of one, each tinted by up to this in every colour channel: the same category and nearly the
+    /// same look. 0 makes them equal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(range(min = 0.0, max = 0.5), custom(not_nan)))]
+    pub look_alike: Option<f64>,
     /// Least gap between the circles around two objects' footprints, metres.
     #[garde(range(min = 0.0, max = 10.0), custom(not_nan))]
     pub spacing: f64,
@@ -67,6 +73,8 @@ pub enum SurfaceSpec {
         #[garde(range(min = 0.1, max = 50.0), custom(not_nan))]
         offset: f64,
     },
+    /// Pieces of furniture anywhere in the room; objects are dealt out to all places that have the room for them.
+    Furniture(#[garde(length(min = 1, max = 500), dive)] Vec<PieceSpec>),
 }
 
 /// A rectangular room.

@@ -23,17 +23,36 @@ pub struct Place {
     pub yaw: f64,
 }
 
+/// What an upright object needs of a stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Radius of the circle around it, metres.
+    pub radius: f64,
+    /// Height, metres.
+    pub height: f64,
+}
+
+impl Footprint {
+    /// An object's.
+    pub fn of(object: &Object) -> Self {
+        Self { radius: footprint(object), height: 2.0 * object.half_extents[2] }
+    }
+}
+
 /// Radius of the circle around an upright object's footprint, metres.
 pub fn footprint(object: &Object) -> f64 {
     libm::hypot(object.half_extents[0], object.half_extents[1])
 }
 
-/// Draws a place for each object, given the radii of their footprints: wholly on a stand, circles at least
-/// `spacing` apart. A single stand holds all objects; of several, each holds its own.
+/// Free height that is left above an object, metres.
+const AIR: f64 = 0.03;
+
+/// Draws a place for each object: wholly on a stand, circles at least `spacing` apart. A single stand holds all objects,
+/// pedestals one each; to furniture they are dealt out by the area of what is high enough for them.
 pub fn draw(
     stands: &[Stand],
     surface: &'static str,
-    footprints: &[f64],
+    footprints: &[Footprint],
     spacing: f64,
     stream: &mut Stream,
 ) -> Result<Vec<Place>, SimError> {
@@ -50,29 +69,48 @@ pub fn draw(
 /// One layout, or how many objects were placed before one found no room; the largest go first.
 fn attempt(
     stands: &[Stand],
-    footprints: &[f64],
+    footprints: &[Footprint],
     spacing: f64,
     stream: &mut Stream,
 ) -> Result<Vec<Place>, usize> {
     let mut order: Vec<usize> = (0..footprints.len()).collect();
-    order.sort_by(|a, b| footprints[*b].total_cmp(&footprints[*a]));
+    order.sort_by(|a, b| footprints[*b].radius.total_cmp(&footprints[*a].radius));
     let mut placed: Vec<(usize, Place)> = Vec::with_capacity(order.len());
     for object in order {
-        let radius = footprints[object];
-        let stand = if stands.len() == 1 { 0 } else { object };
-        let free = |position: &Vector2<f64>| {
-            placed.iter().all(|(other, place)| {
-                (place.position - position).norm() >= footprints[*other] + radius + spacing
+        let Footprint { radius, height } = footprints[object];
+        let fitting: Vec<usize> = (0..stands.len()).filter(|&i| height + AIR <= stands[i].headroom).collect();
+        let choose = |stream: &mut Stream| match stands {
+            [_] => Some(0),
+            [first, ..] if first.solid => Some(object),
+            _ => by_area(stands, &fitting, stream),
+        };
+        let free = |(stand, position): &(usize, Vector2<f64>)| {
+            let same = |place: &Place| stands[*stand].solid || place.stand == *stand;
+            placed.iter().filter(|(_, place)| same(place)).all(|(other, place)| {
+                (place.position - position).norm() >= footprints[*other].radius + radius + spacing
             })
         };
-        let position = (0..TRIES)
-            .filter_map(|_| stands[stand].draw_position(radius, stream))
+        let (stand, position) = (0..TRIES)
+            .filter_map(|_| {
+                let stand = choose(stream)?;
+                Some((stand, stands[stand].draw_position(radius, stream)?))
+            })
             .find(free)
             .ok_or(placed.len())?;
         placed.push((object, Place { stand, position, yaw: stream.uniform(-PI, PI) }));
     }
     placed.sort_by_key(|(object, _)| *object);
     Ok(placed.into_iter().map(|(_, place)| place).collect())
+}
+
+/// One of the fitting stands, the larger the likelier.
+fn by_area(stands: &[Stand], fitting: &[usize], stream: &mut Stream) -> Option<usize> {
+    let total: f64 = fitting.iter().map(|&i| stands[i].outline.area()).sum();
+    let mut left = total * stream.unit();
+    fitting.iter().copied().find(|&i| {
+        left -= stands[i].outline.area();
+        left < 0.0
+    })
 }
 
 impl Stand {
@@ -100,18 +138,18 @@ mod tests {
     use vantage_dataset::Seed;
 
     fn table(outline: Outline) -> [Stand; 1] {
-        [Stand { center: Vector2::new(1.0, 2.0), height: 0.7, outline }]
+        [Stand::solid(Vector2::new(1.0, 2.0), 0.7, outline)]
     }
 
     #[test]
     fn places_keep_on_the_stand_and_apart() {
-        let footprints = [0.05, 0.1, 0.02, 0.1, 0.05, 0.08];
+        let footprints = [0.05, 0.1, 0.02, 0.1, 0.05, 0.08].map(|radius| Footprint { radius, height: 0.1 });
         for outline in [Outline::Disc { radius: 0.4 }, Outline::Rectangle { half_extents: [0.5, 0.3] }] {
             let places =
                 draw(&table(outline), "table", &footprints, 0.03, &mut Seed(1).stream("layout", 0)).unwrap();
             for (i, place) in places.iter().enumerate() {
                 let at = place.position - Vector2::new(1.0, 2.0);
-                let r = footprints[i] - 1e-12;
+                let r = footprints[i].radius - 1e-12;
                 match outline {
                     Outline::Disc { radius } => assert!(at.norm() + r <= radius),
                     Outline::Rectangle { half_extents: [x, y] } => {
@@ -119,7 +157,7 @@ mod tests {
                     }
                 }
                 for (j, other) in places.iter().enumerate().take(i) {
-                    assert!((other.position - place.position).norm() >= footprints[j] + r + 0.03);
+                    assert!((other.position - place.position).norm() >= footprints[j].radius + r + 0.03);
                 }
             }
         }
@@ -130,10 +168,34 @@ mod tests {
         let got = draw(
             &table(Outline::Disc { radius: 0.21 }),
             "table",
-            &[0.1, 0.1, 0.1, 0.1],
+            &[Footprint { radius: 0.1, height: 0.1 }; 4],
             0.01,
             &mut Seed(1).stream("layout", 0),
         );
         assert!(matches!(got, Err(SimError::NothingFits { placed: 1..=2, wanted: 4, .. })), "{got:?}");
+    }
+
+    #[test]
+    fn furniture_holds_what_is_low_enough_for_it() {
+        let board = |height: f64, headroom: f64| Stand {
+            center: Vector2::zeros(),
+            height,
+            outline: Outline::Rectangle { half_extents: [0.5, 0.2] },
+            headroom,
+            solid: false,
+        };
+        let stands = [board(0.3, 0.2), board(0.6, f64::INFINITY)];
+        let footprints = [(0.05, 0.3), (0.05, 0.1), (0.1, 0.25), (0.06, 0.15), (0.05, 0.1), (0.05, 0.1)]
+            .map(|(radius, height)| Footprint { radius, height });
+        let mut below = 0;
+        for seed in 0..20 {
+            let places =
+                draw(&stands, "furniture", &footprints, 0.02, &mut Seed(seed).stream("layout", 0)).unwrap();
+            for (place, footprint) in places.iter().zip(&footprints) {
+                assert!(footprint.height < stands[place.stand].headroom);
+                below += usize::from(place.stand == 0);
+            }
+        }
+        assert!((20..60).contains(&below), "{below} of 80 low objects on the lower of two equal boards");
     }
 }

@@ -1,6 +1,8 @@
 //! Worlds: what stands where, and in which light.
 
 pub mod convert;
+pub mod furnishing;
+pub mod ground;
 pub mod layout;
 pub mod lighting;
 pub mod physics;
@@ -12,10 +14,10 @@ pub mod wallpaper;
 use crate::error::{Progress, SimError};
 use crate::object::{Family, Object};
 use crate::scene::CheckedScene;
-use layout::footprint;
+use furnishing::Furnishing;
+use layout::Footprint;
 use physics::Physics;
 use rayon::prelude::*;
-use stand::Stand;
 use vantage_dataset::{ObjectTruth, Pose, Seed, Split};
 
 /// Simulated time that objects get to come to rest, seconds.
@@ -23,8 +25,8 @@ const PATIENCE: u32 = 20;
 
 /// A world in which every object has come to rest.
 pub struct World {
-    /// What the objects stand on.
-    pub stands: Vec<Stand>,
+    /// What the objects stand on, and other furniture.
+    pub furnishing: Furnishing,
     /// The objects.
     pub objects: Vec<Object>,
     /// Where each of them came to rest.
@@ -44,23 +46,32 @@ impl World {
         let spec = scene.world();
         let families = draw_families(&spec.families, spec.objects as usize, seed);
         let object_seed = seed.child("objects", 0);
-        let objects: Vec<Object> = families
-            .par_iter()
-            .enumerate()
-            .map(|(i, family)| Object::generate(*family, split, object_seed, i as u64))
-            .collect();
-        let stands = spec.surface.stands(scene.robot(), objects.len());
-        let footprints: Vec<f64> = objects.iter().map(footprint).collect();
+        let objects: Vec<Object> = match spec.look_alike {
+            None => families
+                .par_iter()
+                .enumerate()
+                .map(|(i, family)| Object::generate(*family, split, object_seed, i as u64))
+                .collect(),
+            Some(tint) => {
+                let one = Object::generate(families[0], split, object_seed, 0);
+                (0..families.len())
+                    .map(|i| one.tinted(tint, &mut seed.stream("look alike", i as u64)))
+                    .collect()
+            }
+        };
+        let furnishing = spec.surface.furnish(scene.robot(), objects.len());
+        let stands = &furnishing.stands;
+        let footprints: Vec<Footprint> = objects.iter().map(Footprint::of).collect();
         let places = layout::draw(
-            &stands,
+            stands,
             spec.surface.name(),
             &footprints,
             spec.spacing,
             &mut seed.stream("layout", 0),
         )?;
-        let mut physics = Physics::new(&stands);
-        let world_from_object = settle::settle(&mut physics, &stands, &objects, &places, PATIENCE, progress)?;
-        Ok(Self { stands, objects, world_from_object, physics })
+        let mut physics = Physics::new(&furnishing);
+        let world_from_object = settle::settle(&mut physics, stands, &objects, &places, PATIENCE, progress)?;
+        Ok(Self { furnishing, objects, world_from_object, physics })
     }
 
     /// What is true of the objects.

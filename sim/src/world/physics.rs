@@ -4,7 +4,7 @@ use crate::error::SimError;
 use crate::object::Object;
 use crate::robot::body;
 use crate::world::convert::{pose_from_physics, pose_to_physics, vector_to_physics};
-use crate::world::stand::Stand;
+use crate::world::furnishing::Furnishing;
 use nalgebra::{Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 use rapier3d::prelude::{
     CoefficientCombineRule, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector,
@@ -32,8 +32,8 @@ pub struct Physics {
 pub struct Body(RigidBodyHandle);
 
 impl Physics {
-    /// A world of stands.
-    pub fn new(stands: &[Stand]) -> Self {
+    /// A furnished world.
+    pub fn new(furnishing: &Furnishing) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::new(0.0, 0.0, -GRAVITY);
         world.integration_parameters.dt = 1.0 / RATE as f32;
@@ -41,7 +41,7 @@ impl Physics {
             ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)).friction(FRICTION),
             None,
         );
-        for stand in stands {
+        for stand in furnishing.stands.iter().filter(|stand| stand.solid) {
             let [x, y] = stand.outline.half_extents();
             let half_height = stand.height / 2.0;
             let center = stand.center.push(half_height);
@@ -49,6 +49,13 @@ impl Physics {
             // four corners only, and let objects near its rim sink in.
             let collider = ColliderBuilder::cuboid(x as f32, y as f32, half_height as f32)
                 .translation(vector_to_physics(&center))
+                .friction(FRICTION);
+            world.insert_collider(collider, None);
+        }
+        for block in furnishing.pieces.iter().flatten() {
+            let half = vector_to_physics(&((block.max - block.min) / 2.0));
+            let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)
+                .translation(vector_to_physics(&((block.min + block.max) / 2.0)))
                 .friction(FRICTION);
             world.insert_collider(collider, None);
         }

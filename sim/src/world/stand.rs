@@ -1,6 +1,5 @@
-//! Stands: tables and pedestals, what objects stand on.
+//! Stands: tops of tables, pedestals and boards, what objects stand on.
 
-use crate::scene::{PathSpec, RobotSpec, SurfaceSpec};
 use nalgebra::Vector2;
 
 /// A level surface.
@@ -12,6 +11,10 @@ pub struct Stand {
     pub height: f64,
     /// Outline of its top.
     pub outline: Outline,
+    /// Free height above it, metres; infinite under the open air.
+    pub headroom: f64,
+    /// Whether it reaches down to the floor in one piece.
+    pub solid: bool,
 }
 
 /// Outline of a stand's top, about its centre.
@@ -37,9 +40,33 @@ impl Outline {
             Outline::Rectangle { half_extents } => half_extents,
         }
     }
+
+    /// Distance of a point from it, metres; negative inside.
+    pub fn distance(&self, from_center: &Vector2<f64>) -> f64 {
+        match *self {
+            Outline::Disc { radius } => from_center.norm() - radius,
+            Outline::Rectangle { half_extents: [x, y] } => {
+                let beside = from_center.abs() - Vector2::new(x, y);
+                beside.map(|gap| gap.max(0.0)).norm() + beside.max().min(0.0)
+            }
+        }
+    }
+
+    /// Area, square metres.
+    pub fn area(&self) -> f64 {
+        match *self {
+            Outline::Disc { radius } => std::f64::consts::PI * radius * radius,
+            Outline::Rectangle { half_extents: [x, y] } => 4.0 * x * y,
+        }
+    }
 }
 
 impl Stand {
+    /// One that stands on the floor, in the open.
+    pub fn solid(center: Vector2<f64>, height: f64, outline: Outline) -> Self {
+        Self { center, height, outline, headroom: f64::INFINITY, solid: true }
+    }
+
     /// Whether a point, world frame, lies above or below its top.
     pub fn spans(&self, point: &Vector2<f64>) -> bool {
         let from_center = point - self.center;
@@ -50,46 +77,4 @@ impl Stand {
             }
         }
     }
-}
-
-impl SurfaceSpec {
-    /// The stands of a world for this many objects; a table is one, pedestals are one an object.
-    pub fn stands(&self, robot: &RobotSpec, objects: usize) -> Vec<Stand> {
-        let center = Vector2::zeros();
-        match *self {
-            SurfaceSpec::RoundTable { radius, height } => {
-                vec![Stand { center, height, outline: Outline::Disc { radius } }]
-            }
-            SurfaceSpec::RectangularTable { length, width, height } => {
-                let outline = Outline::Rectangle { half_extents: [length / 2.0, width / 2.0] };
-                vec![Stand { center, height, outline }]
-            }
-            SurfaceSpec::Pedestals { radius, height, offset } => (0..objects)
-                .map(|i| {
-                    let share = (i as f64 + 0.5) / objects as f64;
-                    let center = beside(&robot.path, share, looks_left(robot), offset);
-                    Stand { center, height, outline: Outline::Disc { radius } }
-                })
-                .collect(),
-        }
-    }
-
-    /// What it is called in messages.
-    pub fn name(&self) -> &'static str {
-        match self {
-            SurfaceSpec::RoundTable { .. } => "round table",
-            SurfaceSpec::RectangularTable { .. } => "rectangular table",
-            SurfaceSpec::Pedestals { .. } => "pedestals",
-        }
-    }
-}
-
-fn looks_left(robot: &RobotSpec) -> bool {
-    robot.camera.yaw_deg >= 0.0
-}
-
-fn beside(path: &PathSpec, share: f64, left: bool, offset: f64) -> Vector2<f64> {
-    let waypoint = path.waypoint(share * path.length());
-    let to_the_left = Vector2::new(-waypoint.tangent.y, waypoint.tangent.x);
-    waypoint.position + to_the_left * if left { offset } else { -offset }
 }

@@ -4,6 +4,7 @@ use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::render::{NO_OBJECT, Placement};
 use crate::scene::RoomSpec;
+use crate::world::furnishing::{Block, Furnishing};
 use crate::world::stand::{Outline, Stand};
 use crate::world::wallpaper;
 use nalgebra::{Translation3, Vector2, Vector3};
@@ -16,8 +17,8 @@ const PANEL: f64 = 1.5;
 /// Corners of a round stand's outline.
 const CORNERS: usize = 40;
 
-/// Floor, walls and stands, each with a texture of its own drawn from the seed.
-pub fn placements(room: &RoomSpec, stands: &[Stand], seed: Seed) -> Vec<Placement> {
+/// Floor, walls, stands and furniture, each with a texture of its own drawn from the seed; all stands share one.
+pub fn placements(room: &RoomSpec, furnishing: &Furnishing, seed: Seed) -> Vec<Placement> {
     let texture = |index: u64| wallpaper::draw(&mut seed.stream("wallpaper", index));
     let placed = |mesh: Mesh, texture: u64, world_from_model: Pose| Placement {
         model: Arc::new(Model { mesh, texture: wallpaper::draw(&mut seed.stream("wallpaper", texture)) }),
@@ -29,9 +30,15 @@ pub fn placements(room: &RoomSpec, stands: &[Stand], seed: Seed) -> Vec<Placemen
         placed(walls(room, [0, 2]), 1, Pose::identity()),
         placed(walls(room, [1, 3]), 2, Pose::identity()),
     ];
-    let Some(first) = stands.first() else { return drawn };
+    drawn.extend(furnishing.pieces.iter().zip(4..).map(|(blocks, texture)| {
+        let mut mesh = Mesh::default();
+        blocks.iter().for_each(|block| add_block(&mut mesh, block));
+        placed(mesh, texture, Pose::identity())
+    }));
+    let solid = || furnishing.stands.iter().filter(|stand| stand.solid);
+    let Some(first) = solid().next() else { return drawn };
     let model = Arc::new(Model { mesh: stand_mesh(first), texture: texture(3) });
-    drawn.extend(stands.iter().map(|stand| Placement {
+    drawn.extend(solid().map(|stand| Placement {
         model: Arc::clone(&model),
         world_from_model: Translation3::new(stand.center.x, stand.center.y, 0.0).into(),
         id: NO_OBJECT,
@@ -115,6 +122,20 @@ fn add_panels(mesh: &mut Mesh, corner: Vector3<f64>, along: Vector3<f64>, up: Ve
             let at = corner + step * f64::from(column) + rise * f64::from(row);
             add_quad(mesh, at, step, rise, [0.0, 1.0]);
         }
+    }
+}
+
+/// A box, all sides facing outward but the one that lies on the floor, which is left out.
+fn add_block(mesh: &mut Mesh, block: &Block) {
+    let size = block.max - block.min;
+    let [x, y, z] = [Vector3::x() * size.x, Vector3::y() * size.y, Vector3::z() * size.z];
+    add_quad(mesh, block.min, x, z, [0.0, 1.0]);
+    add_quad(mesh, block.min + x, y, z, [0.0, 1.0]);
+    add_quad(mesh, block.min + x + y, -x, z, [0.0, 1.0]);
+    add_quad(mesh, block.min + y, -y, z, [0.0, 1.0]);
+    add_quad(mesh, block.min + z, x, y, [0.0, 1.0]);
+    if block.min.z > 0.0 {
+        add_quad(mesh, block.min, y, x, [0.0, 1.0]);
     }
 }
 

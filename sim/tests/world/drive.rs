@@ -4,16 +4,26 @@ use vantage_dataset::Seed;
 use vantage_dataset::Split;
 use vantage_sim::episode::roll_out;
 use vantage_sim::error::SimError;
-use vantage_sim::robot::drive::drive;
+use vantage_sim::robot::drive::{Drive, drive};
+use vantage_sim::robot::track::Track;
+use vantage_sim::scene::RobotSpec;
+use vantage_sim::world::furnishing::Furnishing;
+use vantage_sim::world::ground::Ground;
 use vantage_sim::world::physics::Physics;
 use vantage_sim::world::stand::{Outline, Stand};
+
+fn driven(robot: &RobotSpec, furnishing: Furnishing) -> Result<Drive, SimError> {
+    let room = shipped("sparse_loop").world.room;
+    let ground = Ground::new(&room, &Furnishing::default());
+    drive(&mut Physics::new(&furnishing), robot, &ground, Seed(0), &mut |_| ())
+}
 
 #[test]
 fn a_whole_lap_ends_where_it_began() {
     for name in ["tabletop", "sparse_loop"] {
         let mut robot = shipped(name).robot;
         robot.laps = 1.0;
-        let drive = drive(&mut Physics::new(&[]), &robot, &mut |_| ()).unwrap();
+        let drive = driven(&robot, Furnishing::default()).unwrap();
         let (first, last) = (drive.world_from_robot[0], *drive.world_from_robot.last().unwrap());
         let apart = first.inv_mul(&last);
         assert!(apart.translation.vector.norm() < 0.05, "{name}: {apart}");
@@ -24,9 +34,11 @@ fn a_whole_lap_ends_where_it_began() {
 #[test]
 fn the_robot_keeps_to_the_floor_and_its_pace() {
     let robot = shipped("sparse_loop").robot;
-    let drive = drive(&mut Physics::new(&[]), &robot, &mut |_| ()).unwrap();
-    assert_eq!(drive.world_from_robot.len(), robot.steps as usize);
-    let stride = robot.laps * robot.path.length() / f64::from(robot.steps - 1);
+    let steps = robot.steps.unwrap();
+    let drive = driven(&robot, Furnishing::default()).unwrap();
+    assert_eq!(drive.world_from_robot.len(), steps as usize);
+    let length = Track::fixed(&robot.path).unwrap().length();
+    let stride = robot.laps * length / f64::from(steps - 1);
     for (step, pair) in drive.world_from_robot.windows(2).enumerate() {
         let moved = pair[0].inv_mul(&pair[1]).translation.vector;
         assert!((moved.norm() - stride).abs() < 0.05 * stride, "step {step}: {} of {stride}", moved.norm());
@@ -43,12 +55,9 @@ fn the_robot_keeps_to_the_floor_and_its_pace() {
 #[test]
 fn a_blocked_path_is_an_error() {
     let robot = shipped("sparse_loop").robot;
-    let block = Stand {
-        center: robot.path.waypoint(4.0).position,
-        height: 0.5,
-        outline: Outline::Rectangle { half_extents: [0.5, 0.5] },
-    };
-    let got = drive(&mut Physics::new(&[block]), &robot, &mut |_| ());
+    let center = Track::fixed(&robot.path).unwrap().waypoint(4.0).position;
+    let block = Stand::solid(center, 0.5, Outline::Rectangle { half_extents: [0.5, 0.5] });
+    let got = driven(&robot, Furnishing { stands: vec![block], pieces: Vec::new() });
     assert!(matches!(got, Err(SimError::LeftThePath { step: 10..30, .. })), "{got:?}");
 }
 

@@ -32,7 +32,7 @@ pub fn small() -> SceneSpec {
     spec.robot.path = PathSpec::Circle { radius: 1.2 };
     spec.robot.laps = 1.0;
     spec.robot.speed = 0.5;
-    spec.robot.steps = 8;
+    spec.robot.steps = Some(8);
     spec.sensors.camera.width = 160;
     spec.sensors.camera.height = 120;
     spec.sensors.detector.min_mask_pixels = 20;

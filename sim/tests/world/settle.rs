@@ -5,17 +5,23 @@ use vantage_sim::error::SimError;
 use vantage_sim::object::{Family, Object};
 use vantage_sim::scene::SurfaceSpec;
 use vantage_sim::world::World;
+use vantage_sim::world::furnishing::Furnishing;
 use vantage_sim::world::layout::Place;
 use vantage_sim::world::physics::Physics;
 use vantage_sim::world::settle::settle;
 use vantage_sim::world::stand::{Outline, Stand};
 
-const TABLE: Stand =
-    Stand { center: Vector2::new(0.5, -0.5), height: 0.7, outline: Outline::Disc { radius: 0.4 } };
+const TABLE: Stand = Stand {
+    center: Vector2::new(0.5, -0.5),
+    height: 0.7,
+    outline: Outline::Disc { radius: 0.4 },
+    headroom: f64::INFINITY,
+    solid: true,
+};
 
 fn drop_one(object: Object, position: Vector2<f64>, seconds: u32) -> Result<Pose, SimError> {
     let places = [Place { stand: 0, position, yaw: 0.3 }];
-    let mut physics = Physics::new(&[TABLE]);
+    let mut physics = Physics::new(&Furnishing { stands: vec![TABLE], pieces: Vec::new() });
     settle(&mut physics, &[TABLE], &[object], &places, seconds, &mut |_| ()).map(|poses| poses[0])
 }
 
@@ -74,7 +80,7 @@ fn a_table_too_small_holds_nothing() {
 fn shipped_scenes_settle_upright_under_twenty_seeds() {
     for name in ["tabletop", "sparse_loop"] {
         let scene = checked(shipped(name));
-        let height = scene.world().surface.stands(scene.robot(), 1)[0].height;
+        let height = scene.world().surface.furnish(scene.robot(), 1).stands[0].height;
         let mut toppled = 0;
         for seed in 0..20 {
             let world = World::settled(&scene, Split::Test, Seed(seed), &mut |_| ()).unwrap();
