@@ -5,7 +5,7 @@ use crate::crop::Crop;
 use crate::instance::{InstanceId, Symmetry};
 use crate::se3::Pose;
 use crate::seed::Seed;
-use nalgebra::{Matrix6, Vector2};
+use nalgebra::{Matrix6, Point3, Vector2, Vector3};
 
 /// One run of a robot through one world.
 #[derive(Clone, Debug)]
@@ -31,6 +31,8 @@ pub struct Observations {
     pub odometry: Vec<Odometry>,
     /// `Z^g` and `Z^s`, ordered by step, then track.
     pub detections: Vec<Detection>,
+    /// The part of `Z^g` that is of point landmarks, ordered by step, then landmark; empty where none are measured.
+    pub landmarks: Vec<LandmarkSighting>,
 }
 
 impl Observations {
@@ -75,6 +77,19 @@ pub struct Detection {
     pub boxed_crop: Crop,
 }
 
+/// One point landmark seen in one image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LandmarkSighting {
+    /// The step at which it was seen.
+    pub step: usize,
+    /// Which landmark, by oracle association.
+    pub landmark: usize,
+    /// Where, pixels.
+    pub pixel: Vector2<f64>,
+    /// Standard deviation along each axis, pixels.
+    pub sigma: f64,
+}
+
 /// An axis-aligned box in pixels, `min` inclusive and `max` exclusive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingBox {
@@ -109,8 +124,10 @@ impl BoundingBox {
 pub struct Truth {
     /// The robot's pose at each step.
     pub world_from_robot: Vec<Pose>,
-    /// The objects; a detection's track is its index here.
+    /// The objects; a detection's track is its index here, and one beyond them is a detection of nothing.
     pub objects: Vec<ObjectTruth>,
+    /// `L`, world frame, metres; a sighting's landmark is its index here.
+    pub landmarks: Vec<Point3<f64>>,
     /// Of each detection, in the order of [`Observations::detections`].
     pub detections: Vec<DetectionTruth>,
 }
@@ -128,11 +145,23 @@ pub struct ObjectTruth {
     pub size: f64,
     /// Its symmetry about z.
     pub symmetry: Symmetry,
+    /// Its extents; none where they are not known.
+    pub extents: Option<Extents>,
+}
+
+/// How far an object reaches from its centre along its own axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extents {
+    /// Half the sides of its bounding box, metres.
+    pub half_sides: Vector3<f64>,
+    /// Semi-axes of the ellipsoid of the box's proportions that just holds it, metres.
+    pub semi_axes: Vector3<f64>,
 }
 
 /// Ground truth of one detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectionTruth {
-    /// Visible share of the object's silhouette (pixels with occluders over pixels without), in `[0, 1]`.
+    /// Visible share of the object's silhouette (pixels with occluders over pixels without), in `[0, 1]`; 0 where there is
+    /// no object.
     pub visible_fraction: f64,
 }

@@ -24,7 +24,8 @@ pub use camera::Camera;
 pub use capture::{Capture, CapturedObject};
 pub use crop::Crop;
 pub use episode::{
-    BoundingBox, Detection, DetectionTruth, Episode, ObjectTruth, Observations, Odometry, Truth,
+    BoundingBox, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth, Observations,
+    Odometry, Truth,
 };
 pub use instance::{InstanceId, Split, Symmetry};
 pub use sample::Sample;

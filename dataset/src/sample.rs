@@ -1,7 +1,7 @@
 //! Labelled crops, one by one: what crop formats for training are written from.
 
 use crate::crop::Crop;
-use crate::episode::BoundingBox;
+use crate::episode::{BoundingBox, Episode};
 use crate::instance::{InstanceId, Split};
 use crate::se3::Pose;
 use crate::viewpoint::Viewpoint;
@@ -35,4 +35,31 @@ pub struct Sample {
     pub masked_crop: Crop,
     /// The crop with its surroundings.
     pub boxed_crop: Crop,
+}
+
+impl Episode {
+    /// The detections of objects with their labels, in order; those of nothing are left out.
+    pub fn samples(&self, split: Split) -> impl Iterator<Item = Sample> + '_ {
+        let (observed, truth) = (&self.observations, &self.truth);
+        observed.detections.iter().zip(&truth.detections).filter_map(move |(detection, seen)| {
+            let object = truth.objects.get(detection.track)?;
+            let world_from_camera = truth.world_from_robot[detection.step] * observed.robot_from_camera;
+            let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
+            Some(Sample {
+                episode: observed.seed.0,
+                step: detection.step,
+                track: detection.track,
+                instance: object.instance,
+                family: object.family.clone(),
+                split,
+                bounding_box: detection.bounding_box,
+                visible_fraction: seen.visible_fraction,
+                world_from_camera,
+                object_from_camera,
+                viewpoint: Viewpoint::new(&object_from_camera, object.size),
+                masked_crop: detection.masked_crop.clone(),
+                boxed_crop: detection.boxed_crop.clone(),
+            })
+        })
+    }
 }

@@ -4,13 +4,16 @@
 //! from the generative side of the posterior that the estimator inverts.
 
 pub mod budget;
+pub mod capture;
 pub mod episode;
 pub mod error;
 pub mod mesh;
 pub mod model;
 pub mod object;
+pub mod observer;
 pub mod render;
 pub mod robot;
+pub mod rollout;
 pub mod scene;
 pub mod sensor;
 pub mod texture;

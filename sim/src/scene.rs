@@ -14,7 +14,9 @@ pub mod world;
 pub use furniture::{PieceSpec, Side};
 pub use path::PathSpec;
 pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
-pub use sensors::{CameraSpec, DetectorSpec, OdometrySpec, SensorSpec};
+pub use sensors::{
+    CameraSpec, DetectorFaultsSpec, DetectorSpec, ImageSpec, LandmarkSpec, OdometrySpec, SensorSpec, SlipSpec,
+};
 pub use views::ViewsSpec;
 pub use world::{LightingSpec, RoomSpec, SurfaceSpec, WorldSpec};
 

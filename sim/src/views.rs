@@ -13,9 +13,9 @@ use crate::error::{Progress, SimError, Stage};
 use crate::object::Object;
 use crate::render::{Renderer, Shot, Tile, TileShot};
 use crate::scene::ViewConditions;
-use crate::sensor::bounds;
 use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
 use crate::sensor::mask::Mask;
+use crate::sensor::{bounds, fault, image};
 use nalgebra::{Point3, Vector2};
 use rayon::prelude::*;
 use session::{Session, TARGET};
@@ -130,7 +130,7 @@ impl<'a> Chunk<'a> {
                 let done: Vec<Option<View>> = batch
                     .par_iter()
                     .zip(&sittings)
-                    .zip(&tiles)
+                    .zip(tiles)
                     .map(|((slot, sitting), tile)| self.view(*slot, sitting, tile))
                     .collect();
                 for (slot, view) in batch.iter().zip(done) {
@@ -150,11 +150,14 @@ impl<'a> Chunk<'a> {
         Session::draw(self.conditions, &self.objects, instance, self.seed, number as u64)
     }
 
+    /// A view's number among all of the split.
+    fn number(&self, slot: Slot) -> u64 {
+        let views = u64::from(self.conditions.views.views_per_instance);
+        (self.start + slot.instance) as u64 * views + slot.view as u64
+    }
+
     fn sitting(&self, slot: Slot, attempt: u64) -> Sitting {
-        let number = (self.start + slot.instance) as u64
-            * u64::from(self.conditions.views.views_per_instance)
-            + slot.view as u64;
-        let mut stream = self.seed.stream("viewpoint", number * ATTEMPTS + attempt);
+        let mut stream = self.seed.stream("viewpoint", self.number(slot) * ATTEMPTS + attempt);
         let object = &self.objects[slot.instance];
         let world_from_camera = camera::draw(&self.conditions.views, &self.camera, object.size, &mut stream);
         let bounds = bounds::projected(&self.camera, &world_from_camera.inverse(), &object.half_extents);
@@ -166,7 +169,7 @@ impl<'a> Chunk<'a> {
     }
 
     /// The view, or `None` where a detector would not report it.
-    fn view(&self, slot: Slot, sitting: &Sitting, tile: &Tile) -> Option<View> {
+    fn view(&self, slot: Slot, sitting: &Sitting, mut tile: Tile) -> Option<View> {
         let object = &self.objects[slot.instance];
         let detector = &self.conditions.detector;
         let mask = Mask::of(&tile.ids, TILE_SIDE as usize, TARGET)?;
@@ -179,14 +182,22 @@ impl<'a> Chunk<'a> {
         {
             return None;
         }
+        let number = self.number(slot);
+        if let Some(spec) = &self.conditions.camera.image {
+            image::degrade(spec, &mut tile.rgb, TILE_SIDE as usize, scale, self.seed, number);
+        }
+        let seen = match &detector.faults {
+            Some(faults) => fault::jittered(faults, &mask.bounding_box, number, self.seed),
+            None => mask.bounding_box,
+        };
         let image = Labelled { width: TILE_SIDE as usize, rgb: &tile.rgb, ids: &tile.ids };
         Some(View {
             instance: self.start + slot.instance,
             session: slot.session,
             viewpoint,
-            crop: cut(&image, &Window::around(&mask.bounding_box), Some(TARGET)),
+            crop: cut(&image, &Window::around(&seen), Some(TARGET)),
             visible_fraction,
-            box_center_error: self.box_center_error(sitting, &mask.bounding_box, object.size),
+            box_center_error: self.box_center_error(sitting, &seen, object.size),
         })
     }
 

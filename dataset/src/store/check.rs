@@ -82,6 +82,16 @@ pub(super) fn observations(o: &Observations) -> Result<(), Fault> {
         bounding_box(place, &d.bounding_box)?;
         place.require(d.mask_pixels > 0, "mask_pixels", d.mask_pixels, "at least 1")?;
     }
+    for (i, sighting) in o.landmarks.iter().enumerate() {
+        let place = Place::row(&episode::SIGHTINGS, i);
+        let steps = format!("less than the {} steps", o.steps());
+        place.require(sighting.step < o.steps(), "step", sighting.step, &steps)?;
+        let known = sighting.landmark <= LARGEST_INDEX;
+        place.require(known, "landmark", sighting.landmark, &format!("at most {LARGEST_INDEX}"))?;
+        place.require_finite(sighting.pixel.as_slice(), "x, y")?;
+        let spread = sighting.sigma.is_finite() && sighting.sigma > 0.0;
+        place.require(spread, "sigma", sighting.sigma, "positive and finite")?;
+    }
     for (i, pair) in o.detections.windows(2).enumerate() {
         let [before, after] = [&pair[0], &pair[1]].map(|d| (d.step, d.track));
         let got = format!("{after:?} after {before:?}");
@@ -93,6 +103,11 @@ pub(super) fn observations(o: &Observations) -> Result<(), Fault> {
         )?;
     }
     Ok(())
+}
+
+/// As many rows as there are things.
+pub(super) fn one_each(table: &Table, got: usize, expected: usize, of: &str) -> Result<(), Fault> {
+    Place::file(table.file).require(got == expected, "rows", got, &format!("{expected}, one a {of}"))
 }
 
 /// The clock of a trajectory.
@@ -149,6 +164,16 @@ pub(super) fn truth(t: &Truth) -> Result<(), Fault> {
         let sized = object.size.is_finite() && object.size > 0.0;
         place.require(sized, "size", object.size, "positive and finite")?;
         place.require_symmetry(object.symmetry)?;
+        if let Some(extents) = &object.extents {
+            let place = Place::row(&episode::EXTENTS, i);
+            for lengths in [&extents.half_sides, &extents.semi_axes] {
+                let sized = lengths.iter().all(|length| length.is_finite() && *length > 0.0);
+                place.require(sized, "extents", format!("{lengths:?}"), "positive and finite")?;
+            }
+        }
+    }
+    for (i, point) in t.landmarks.iter().enumerate() {
+        Place::row(&episode::LANDMARKS, i).require_finite(point.coords.as_slice(), "x, y, z")?;
     }
     for (i, detection) in t.detections.iter().enumerate() {
         let place = Place::row(&episode::DETECTION_TRUTHS, i);
@@ -162,15 +187,17 @@ pub(super) fn episode(e: &Episode) -> Result<(), Fault> {
     let Episode { observations: o, truth: t } = e;
     observations(o)?;
     truth(t)?;
-    let equal = |table: &Table, got: usize, expected: usize, of: &str| {
-        Place::file(table.file).require(got == expected, "rows", got, &format!("{expected}, one a {of}"))
-    };
-    equal(&tum::ROBOT, t.world_from_robot.len(), o.steps(), "step")?;
-    equal(&episode::DETECTION_TRUTHS, t.detections.len(), o.detections.len(), "detection")?;
-    for (i, d) in o.detections.iter().enumerate() {
-        let expected = format!("less than the {} objects", t.objects.len());
-        let known = d.track < t.objects.len();
+    one_each(&tum::ROBOT, t.world_from_robot.len(), o.steps(), "step")?;
+    one_each(&episode::DETECTION_TRUTHS, t.detections.len(), o.detections.len(), "detection")?;
+    for (i, (d, truth)) in o.detections.iter().zip(&t.detections).enumerate() {
+        let expected = format!("less than the {} objects where something is visible", t.objects.len());
+        let known = d.track < t.objects.len() || truth.visible_fraction <= 0.0;
         Place::row(&episode::DETECTIONS, i).require(known, "track", d.track, &expected)?;
+    }
+    for (i, sighting) in o.landmarks.iter().enumerate() {
+        let expected = format!("less than the {} landmarks", t.landmarks.len());
+        let known = sighting.landmark < t.landmarks.len();
+        Place::row(&episode::SIGHTINGS, i).require(known, "landmark", sighting.landmark, &expected)?;
     }
     Ok(())
 }

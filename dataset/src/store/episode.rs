@@ -10,10 +10,10 @@ use super::pose_fields::{from_fields, to_fields};
 use super::table::{Style, Table};
 use super::tum::{ROBOT, read_robot, write_tum};
 use crate::{
-    BoundingBox, Camera, Crop, Detection, DetectionTruth, Episode, ObjectTruth, Observations, Odometry, Pose,
-    Truth,
+    BoundingBox, Camera, Crop, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth,
+    Observations, Odometry, Pose, Truth,
 };
-use nalgebra::{Matrix6, Vector2};
+use nalgebra::{Matrix6, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -47,6 +47,21 @@ pub(super) const OBJECTS: Table = Table {
     columns: &["track", "instance", "family", "symmetry", "size", "tx", "ty", "tz", "qx", "qy", "qz", "qw"],
     style: Style::Csv,
 };
+
+/// Where the extents of every object are known.
+pub(super) const EXTENTS: Table = Table {
+    file: "truth/extents.csv",
+    columns: &["track", "half_x", "half_y", "half_z", "semi_x", "semi_y", "semi_z"],
+    style: Style::Csv,
+};
+
+/// Where the world has landmarks.
+pub(super) const SIGHTINGS: Table =
+    Table { file: "landmarks.csv", columns: &["step", "landmark", "x", "y", "sigma"], style: Style::Csv };
+
+/// Where the world has landmarks.
+pub(super) const LANDMARKS: Table =
+    Table { file: "truth/landmarks.csv", columns: &["landmark", "x", "y", "z"], style: Style::Csv };
 
 pub(super) const DETECTION_TRUTHS: Table =
     Table { file: "truth/detections.csv", columns: &["detection", "visible_fraction"], style: Style::Csv };
@@ -117,6 +132,30 @@ pub fn write_episode(
             row.put_floats([&detection.visible_fraction])
         })
     })?;
+    let extents: Option<Vec<Extents>> = t.objects.iter().map(|object| object.extents).collect();
+    if let Some(extents) = &extents {
+        write(EXTENTS.file, &|sink| {
+            EXTENTS.write(sink, extents.iter().enumerate(), |row, (track, extents)| {
+                row.put(track)?;
+                row.put_floats(extents.half_sides.iter().chain(&extents.semi_axes))
+            })
+        })?;
+    }
+    if !t.landmarks.is_empty() {
+        write(SIGHTINGS.file, &|sink| {
+            SIGHTINGS.write(sink, &o.landmarks, |row, sighting| {
+                row.put(sighting.step)?;
+                row.put(sighting.landmark)?;
+                row.put_floats(sighting.pixel.iter().chain([&sighting.sigma]))
+            })
+        })?;
+        write(LANDMARKS.file, &|sink| {
+            LANDMARKS.write(sink, t.landmarks.iter().enumerate(), |row, (landmark, point)| {
+                row.put(landmark)?;
+                row.put_floats(point.iter())
+            })
+        })?;
+    }
     let robot = write_tum(&folder.join(ROBOT.file), &o.timestamps, &t.world_from_robot)?;
     files.insert(ROBOT.file.to_owned(), robot);
     sync_folder(&folder.join("truth"))?;
@@ -205,8 +244,20 @@ fn observations(folder: &Path, manifest: &Manifest) -> Result<Observations, Stor
             boxed_crop,
         })
         .collect();
-    let robot_from_camera = from_fields(robot_from_camera);
-    Ok(Observations { seed, timestamps, camera: intrinsics, robot_from_camera, odometry, detections })
+    let landmarks = manifest.read_table_if_listed(folder, &SIGHTINGS, |row| {
+        let (step, landmark) = (row.take("a step")?, row.take("a landmark")?);
+        let [x, y, sigma] = row.take_floats()?;
+        Ok(LandmarkSighting { step, landmark, pixel: Vector2::new(x, y), sigma })
+    })?;
+    Ok(Observations {
+        seed,
+        timestamps,
+        camera: intrinsics,
+        robot_from_camera: from_fields(robot_from_camera),
+        odometry,
+        detections,
+        landmarks: landmarks.unwrap_or_default(),
+    })
 }
 
 /// The clock of the true trajectory, and the truth.
@@ -216,7 +267,7 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
             read_robot(folder, source)
         })?;
     check::timestamps(&ROBOT, &timestamps).map_err(StoreError::invalid(folder))?;
-    let objects = manifest.read_table(folder, &OBJECTS, |row| {
+    let mut objects = manifest.read_table(folder, &OBJECTS, |row| {
         row.take_index()?;
         let instance = row.take_with(INSTANCE_ID, parse_id)?;
         let family = row.take("a name")?;
@@ -228,7 +279,24 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
             symmetry,
             size,
             world_from_object: from_fields(row.take_floats()?),
+            extents: None,
         })
+    })?;
+    let extents = manifest.read_table_if_listed(folder, &EXTENTS, |row| {
+        row.take_index()?;
+        let [half_sides, semi_axes] = [row.take_floats::<3>()?, row.take_floats::<3>()?].map(Vector3::from);
+        Ok(Extents { half_sides, semi_axes })
+    })?;
+    if let Some(extents) = extents {
+        check::one_each(&EXTENTS, extents.len(), objects.len(), "object")
+            .map_err(StoreError::invalid(folder))?;
+        for (object, extents) in objects.iter_mut().zip(extents) {
+            object.extents = Some(extents);
+        }
+    }
+    let landmarks = manifest.read_table_if_listed(folder, &LANDMARKS, |row| {
+        row.take_index()?;
+        Ok(Point3::from(row.take_floats::<3>()?))
     })?;
     let detections = manifest.read_table(folder, &DETECTION_TRUTHS, |row| {
         row.take_index()?;
@@ -238,7 +306,8 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
     manifest.check_count(folder, "steps", world_from_robot.len())?;
     manifest.check_count(folder, "objects", objects.len())?;
     manifest.check_count(folder, "detections", detections.len())?;
-    Ok((timestamps, Truth { world_from_robot, objects, detections }))
+    let landmarks = landmarks.unwrap_or_default();
+    Ok((timestamps, Truth { world_from_robot, objects, landmarks, detections }))
 }
 
 fn write_camera(sink: &mut Sink, camera: &Camera, robot_from_camera: &Pose) -> io::Result<()> {

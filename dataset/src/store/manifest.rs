@@ -103,6 +103,19 @@ impl Manifest {
         read_verified(folder, table.file, record, |source| table.read(folder, source, take))
     }
 
+    /// Likewise for a table that a folder need not have: `None` where it is not listed.
+    pub(super) fn read_table_if_listed<T>(
+        &self,
+        folder: &Path,
+        table: &Table,
+        take: impl Fn(&mut Row<'_>) -> Result<T, Fault>,
+    ) -> Result<Option<Vec<T>>, StoreError> {
+        if !self.files.contains_key(table.file) {
+            return Ok(None);
+        }
+        self.read_table(folder, table, take).map(Some)
+    }
+
     /// Refuses a count that the data do not bear out.
     pub(super) fn check_count(&self, folder: &Path, name: &str, found: usize) -> Result<(), StoreError> {
         let got = self.counts.get(name).copied();

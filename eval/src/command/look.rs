@@ -12,11 +12,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Camera, Pose, Seed, Split, View};
-use vantage_sim::episode::{Rollout, roll_out};
+use vantage_sim::observer::Observer;
 use vantage_sim::render::choice::open;
 use vantage_sim::render::{Renderer, Shot};
+use vantage_sim::rollout::{Rollout, roll_out};
 use vantage_sim::scene::{CheckedScene, RoomSpec};
-use vantage_sim::sensor::detector::detect;
 use vantage_sim::views::training_views;
 
 /// Longer side of the picture of the world and of each image of the camera, pixels.
@@ -76,17 +76,18 @@ fn pictures(scene: &CheckedScene, seed: Seed, renderer: &mut dyn Renderer) -> Re
     let above = from_above(&scene.world().room, &rollout.camera);
     let frame = renderer.frame(&rendered, &above)?;
     let mut world = Panel::new(frame.width, frame.height, frame.rgb)?;
-    world.path(&path_in(&above, &rollout));
+    let way = path_in(&above, &rollout);
+    if scene.robot().path.stations() {
+        world.points(&way)
+    } else {
+        world.path(&way)
+    };
     let mut panels = vec![world];
-    let targets = rollout.targets(&rendered);
-    let steps = rollout.drive.world_from_robot.len();
+    let mut observer = Observer::new(scene, &rollout);
     for index in 0..FRAMES {
-        let step = (2 * index + 1) * steps / (2 * FRAMES);
-        let shot = rollout.shot(step);
-        let frame = renderer.frame(&rendered, &shot)?;
-        let seen = detect(&scene.sensors().detector, &targets, step, &shot, &frame, renderer)?;
-        let mut panel = Panel::new(frame.width, frame.height, frame.rgb)?;
-        for (detection, _) in &seen {
+        let look = observer.look((2 * index + 1) * rollout.steps() / (2 * FRAMES), renderer)?;
+        let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
+        for (detection, _) in &look.detections {
             panel.outline(&detection.bounding_box);
         }
         panels.push(panel);

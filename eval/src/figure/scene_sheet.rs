@@ -57,10 +57,19 @@ impl Panel {
             for step in 0..=steps as u32 {
                 let along = f64::from(step) / steps;
                 let at = |axis: usize| (from[axis] + along * (to[axis] - from[axis])) as i64;
-                for (x, y) in (-PEN..=PEN).flat_map(|x| (-PEN..=PEN).map(move |y| (x, y))) {
-                    self.dot(at(0) + x, at(1) + y, PATH);
-                }
+                self.spot(at(0), at(1));
             }
+        }
+    }
+
+    /// Draws points, pixels.
+    pub fn points(&mut self, points: &[[f64; 2]]) {
+        points.iter().for_each(|at| self.spot(at[0] as i64, at[1] as i64));
+    }
+
+    fn spot(&mut self, x: i64, y: i64) {
+        for (across, down) in (-PEN..=PEN).flat_map(|x| (-PEN..=PEN).map(move |y| (x, y))) {
+            self.dot(x + across, y + down, PATH);
         }
     }
 

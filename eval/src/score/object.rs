@@ -93,7 +93,8 @@ mod tests {
     }
 
     fn object(world_from_object: Pose, symmetry: Symmetry) -> ObjectTruth {
-        ObjectTruth { instance: InstanceId(1), family: "box".into(), world_from_object, size: 0.2, symmetry }
+        let (instance, family) = (InstanceId(1), "box".to_owned());
+        ObjectTruth { instance, family, world_from_object, size: 0.2, symmetry, extents: None }
     }
 
     #[test]

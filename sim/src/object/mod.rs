@@ -4,6 +4,7 @@
 //! no files. Frames: z up, front = +x, left = +y, origin at the centre of the bounding box; metres and kilograms.
 
 mod catalog;
+mod extents;
 mod family;
 mod hull;
 mod paint;

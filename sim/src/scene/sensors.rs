@@ -20,6 +20,10 @@ pub struct SensorSpec {
     /// The odometry.
     #[garde(dive)]
     pub odometry: OdometrySpec,
+    /// Point landmarks on floor, walls and furniture; none where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub landmarks: Option<LandmarkSpec>,
 }
 
 /// A pinhole camera with square pixels and a centred principal point.
@@ -35,6 +39,28 @@ pub struct CameraSpec {
     /// Horizontal field of view, degrees.
     #[garde(range(min = 10.0, max = 120.0), custom(not_nan))]
     pub horizontal_fov_deg: f64,
+    /// What it does to images; perfect where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub image: Option<ImageSpec>,
+}
+
+/// Imperfections of a camera's images, drawn anew for each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSpec {
+    /// Standard deviation of the exposure, stops: factors of two of the light.
+    #[serde(default)]
+    #[garde(range(min = 0.0, max = 4.0), custom(not_nan))]
+    pub exposure_stops: f64,
+    /// Standard deviation of the Gaussian that blurs, pixels.
+    #[serde(default)]
+    #[garde(range(min = 0.0, max = 20.0), custom(not_nan))]
+    pub blur_pixels: f64,
+    /// Standard deviation of the noise in each channel of each pixel, of 255 levels.
+    #[serde(default)]
+    #[garde(range(min = 0.0, max = 100.0), custom(not_nan))]
+    pub noise_levels: f64,
 }
 
 impl CameraSpec {
@@ -54,6 +80,43 @@ pub struct DetectorSpec {
     /// Least number of visible pixels.
     #[garde(range(min = 4))]
     pub min_mask_pixels: u32,
+    /// What it gets wrong; nothing where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub faults: Option<DetectorFaultsSpec>,
+}
+
+/// Mistakes of a detector.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct DetectorFaultsSpec {
+    /// Standard deviation of a box's centre and of the logarithm of its sides, in units of its sides.
+    #[serde(default)]
+    #[garde(range(min = 0.0, max = 0.5), custom(not_nan))]
+    pub box_jitter: f64,
+    /// Share of detections that are missed.
+    #[serde(default)]
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub miss_probability: f64,
+    /// Mean number of detections of nothing in an image; each is a track of its own.
+    #[serde(default)]
+    #[garde(range(min = 0.0, max = 20.0), custom(not_nan))]
+    pub false_per_image: f64,
+}
+
+/// Point landmarks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct LandmarkSpec {
+    /// How many the room has.
+    #[garde(range(min = 1, max = 100_000))]
+    pub count: u32,
+    /// Standard deviation of a measured pixel, along each axis.
+    #[garde(range(min = 0.01, max = 100.0), custom(not_nan))]
+    pub pixel_sigma: f64,
+    /// Greatest depth at which one is seen, metres.
+    #[garde(range(min = 0.1, max = 1000.0), custom(not_nan))]
+    pub max_range: f64,
 }
 
 /// Noise of the odometry: standard deviations that grow with the motion between two steps.
@@ -78,4 +141,20 @@ pub struct OdometrySpec {
     /// Of a yaw error that stays the same in an episode, degrees per metre travelled.
     #[garde(range(min = 0.0, max = 90.0), custom(not_nan))]
     pub bias_rotation_deg_per_metre: f64,
+    /// Wheels that slip: outliers that the covariance does not know of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub slip: Option<SlipSpec>,
+}
+
+/// Slipping wheels: at some steps the odometry reports more motion than there was.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct SlipSpec {
+    /// Share of steps at which they slip.
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub probability: f64,
+    /// Greatest excess, as a share of the distance travelled; drawn evenly from 0.
+    #[garde(range(min = 0.0, max = 10.0), custom(not_nan))]
+    pub excess: f64,
 }

@@ -3,11 +3,11 @@
 use crate::error::SimError;
 use crate::render::{Frame, RenderScene, Renderer, Shot, TileShot};
 use crate::scene::DetectorSpec;
-use crate::sensor::bounds;
 use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
 use crate::sensor::mask::Mask;
+use crate::sensor::{bounds, fault};
 use nalgebra::Vector3;
-use vantage_dataset::{Detection, DetectionTruth, Pose};
+use vantage_dataset::{Detection, DetectionTruth, Pose, Seed};
 
 /// Side of the tile in which an object's whole silhouette is counted, pixels.
 const TILE_SIDE: u32 = 64;
@@ -23,7 +23,7 @@ pub struct Target {
     pub alone: RenderScene,
 }
 
-/// Reports the targets in an image; target `i` has the id `i + 1`. Ordered by track.
+/// Reports the targets in an image, less those that it misses; target `i` has the id `i + 1`. Ordered by track.
 pub fn detect(
     spec: &DetectorSpec,
     targets: &[Target],
@@ -31,6 +31,7 @@ pub fn detect(
     shot: &Shot,
     frame: &Frame,
     renderer: &mut dyn Renderer,
+    seed: Seed,
 ) -> Result<Vec<(Detection, DetectionTruth)>, SimError> {
     let width = frame.width as usize;
     let seen: Vec<(usize, Mask)> = Mask::of_all(&frame.ids, width, targets.len())
@@ -38,6 +39,7 @@ pub fn detect(
         .enumerate()
         .filter_map(|(track, mask)| Some((track, mask?)))
         .filter(|(_, mask)| mask.pixels >= spec.min_mask_pixels)
+        .filter(|(track, _)| !spec.faults.as_ref().is_some_and(|f| fault::is_missed(f, step, *track, seed)))
         .collect();
     let silhouettes = silhouettes(targets, &seen, shot, renderer)?;
     let image = Labelled { width, rgb: &frame.rgb, ids: &frame.ids };
@@ -47,11 +49,15 @@ pub fn detect(
         .map(|((track, mask), silhouette)| (*track, mask, (f64::from(mask.pixels) / silhouette).min(1.0)))
         .filter(|(_, _, visible_fraction)| *visible_fraction >= spec.min_visible_fraction)
         .map(|(track, mask, visible_fraction)| {
-            let window = Window::around(&mask.bounding_box);
+            let bounding_box = match &spec.faults {
+                Some(faults) => fault::jittered(faults, &mask.bounding_box, fault::number(step, track), seed),
+                None => mask.bounding_box,
+            };
+            let window = Window::around(&bounding_box);
             let detection = Detection {
                 step,
                 track,
-                bounding_box: mask.bounding_box,
+                bounding_box,
                 mask_pixels: mask.pixels,
                 masked_crop: cut(&image, &window, Some(track as u32 + 1)),
                 boxed_crop: cut(&image, &window, None),

@@ -1,6 +1,6 @@
 //! Odometry: the motion between two steps, measured with errors that grow with it, `u_k` of Eq. 1.
 
-use crate::scene::OdometrySpec;
+use crate::scene::{OdometrySpec, SlipSpec};
 use nalgebra::Matrix6;
 use vantage_dataset::{Odometry, Pose, Seed, Tangent, se3};
 
@@ -72,20 +72,44 @@ pub fn measure(spec: &OdometrySpec, world_from_robot: &[Pose], seed: Seed) -> Ve
             let mut stream = seed.stream("odometry", from as u64);
             let independent = Tangent::from_fn(|_, _| stream.normal());
             let error = noise.independent.component_mul(&independent) + noise.bias.component_mul(&bias);
-            Odometry {
-                from,
-                to: from + 1,
-                robot_from_robot: motion * se3::exp(&error),
-                covariance: noise.covariance(),
+            let mut measured = motion * se3::exp(&error);
+            if let Some(slip) = &spec.slip {
+                measured.translation.vector *= slipped(slip, from, seed);
             }
+            Odometry { from, to: from + 1, robot_from_robot: measured, covariance: noise.covariance() }
         })
         .collect()
+}
+
+/// By which the distance of a step is overstated: 1 where no wheel slips. Stream: `slip`, by step.
+fn slipped(spec: &SlipSpec, step: usize, seed: Seed) -> f64 {
+    let mut stream = seed.stream("slip", step as u64);
+    let slips = stream.chance(spec.probability);
+    let excess = stream.uniform(0.0, spec.excess);
+    if slips { 1.0 + excess } else { 1.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::Vector3;
+
+    #[test]
+    fn wheels_slip_as_often_as_they_are_told_and_disturb_no_other_noise() {
+        let track: Vec<Pose> = (0..2001).map(|i| Pose::translation(0.4 * f64::from(i), 0.0, 0.0)).collect();
+        let slipping = OdometrySpec { slip: Some(SlipSpec { probability: 0.1, excess: 0.5 }), ..spec() };
+        let (plain, slipped) = (measure(&spec(), &track, Seed(3)), measure(&slipping, &track, Seed(3)));
+        let ratios: Vec<f64> = plain
+            .iter()
+            .zip(&slipped)
+            .map(|(a, b)| b.robot_from_robot.translation.x / a.robot_from_robot.translation.x)
+            .collect();
+        let slips: Vec<f64> = ratios.iter().copied().filter(|ratio| *ratio > 1.0 + 1e-9).collect();
+        assert!((150..250).contains(&slips.len()), "{} of 2000", slips.len());
+        assert!(slips.iter().all(|ratio| *ratio <= 1.5));
+        assert_eq!(ratios.iter().filter(|ratio| (**ratio - 1.0).abs() < 1e-12).count(), 2000 - slips.len());
+        assert_eq!(plain[7].covariance, slipped[7].covariance);
+    }
 
     fn spec() -> OdometrySpec {
         OdometrySpec {
@@ -95,6 +119,7 @@ mod tests {
             out_of_plane: 0.2,
             bias_translation_per_metre: 0.03,
             bias_rotation_deg_per_metre: 1.5,
+            slip: None,
         }
     }
 

@@ -85,6 +85,7 @@ impl World {
                 world_from_object: *world_from_object,
                 size: object.size,
                 symmetry: object.symmetry,
+                extents: Some(object.extents()),
             })
             .collect()
     }

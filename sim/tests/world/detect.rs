@@ -10,7 +10,7 @@ use vantage_sim::scene::{DetectorSpec, RobotSpec};
 use vantage_sim::sensor::detector::{Target, detect};
 use vantage_sim::simulate;
 
-const DETECTOR: DetectorSpec = DetectorSpec { min_visible_fraction: 0.1, min_mask_pixels: 10 };
+const DETECTOR: DetectorSpec = DetectorSpec { min_visible_fraction: 0.1, min_mask_pixels: 10, faults: None };
 
 /// Objects of one family at given points, seen by a level camera at the origin that looks along x.
 struct Arrangement {
@@ -46,7 +46,7 @@ impl Arrangement {
     fn detections(&self, spec: &DetectorSpec) -> Vec<(Detection, DetectionTruth)> {
         let mut renderer = ReferenceRenderer::default();
         let frame = renderer.frame(&self.scene, &self.shot).unwrap();
-        detect(spec, &self.targets, 7, &self.shot, &frame, &mut renderer).unwrap()
+        detect(spec, &self.targets, 7, &self.shot, &frame, &mut renderer, Seed(0)).unwrap()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::scene::{checked, shipped, small};
 use vantage_dataset::{Pose, Seed, Split};
-use vantage_sim::episode::{Rollout, roll_out};
+use vantage_sim::rollout::{Rollout, roll_out};
 use vantage_sim::scene::SceneSpec;
 
 /// Digests of episode 0 of the shipped scenes. A change of objects, physics, paths, odometry or scene files re-mints

@@ -1,11 +1,13 @@
 use crate::scene::{checked, shipped, small};
 use garde::Validate;
 use vantage_dataset::{Seed, Split};
-use vantage_sim::episode::roll_out;
 use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
+use vantage_sim::rollout::roll_out;
 use vantage_sim::scene::{CheckedScene, PathSpec, SceneSpec, SurfaceSpec, WorldSpec};
 use vantage_sim::views::training_views;
+
+const SHARING: [&str; 6] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "apartment"];
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
@@ -14,8 +16,45 @@ fn refusal(spec: SceneSpec) -> String {
 
 #[test]
 fn shipped_scenes_pass_and_share_their_views() {
-    let scenes = ["tabletop", "sparse_loop"].map(|name| checked(shipped(name)));
-    assert_eq!(scenes[0].view_conditions(), scenes[1].view_conditions());
+    let tabletop = checked(shipped("tabletop")).view_conditions();
+    for name in SHARING {
+        assert_eq!(checked(shipped(name)).view_conditions(), tabletop, "{name}");
+    }
+    checked(shipped("turntable"));
+}
+
+#[test]
+fn paths_and_their_parameters_are_checked_together() {
+    let with = |change: &dyn Fn(&mut SceneSpec)| {
+        let mut spec = shipped("room");
+        change(&mut spec);
+        refusal(spec)
+    };
+    let open = |spec: &mut SceneSpec| {
+        let points = vec![[-2.0, -1.6], [2.0, -1.6]];
+        spec.robot.path = PathSpec::Waypoints { points, closed: false, corner_radius: 0.5 };
+    };
+    assert!(with(&|spec| open(spec)).contains("at most 1: the path does not end where it begins"));
+    assert!(with(&|spec| spec.robot.steps = None).contains("number of images along the path"));
+    let through_the_table = |spec: &mut SceneSpec| {
+        let points = vec![[-2.0, 0.0], [2.0, 0.0]];
+        spec.robot.laps = 1.0;
+        spec.robot.path = PathSpec::Waypoints { points, closed: false, corner_radius: 0.5 };
+    };
+    assert!(with(&through_the_table).contains("bump into"));
+    let grid = PathSpec::Grid { spacing: 0.3, headings: 12, clearance: 0.1 };
+    assert!(with(&|spec| spec.robot.path = grid.clone()).contains("leave `steps` out"));
+    let pedestals = |spec: &mut SceneSpec| {
+        spec.robot.path = grid.clone();
+        spec.robot.steps = None;
+        spec.world.surface = shipped("corridor").world.surface;
+    };
+    assert!(with(&pedestals).contains("choose another path"));
+    let two = |spec: &mut SceneSpec| {
+        *spec = shipped("turntable");
+        spec.world.objects = 2;
+    };
+    assert!(with(&two).contains("world.objects must be 1"));
 }
 
 #[test]

@@ -97,6 +97,7 @@ impl World {
                 robot_from_camera,
                 odometry: Vec::new(),
                 detections: Vec::new(),
+                landmarks: Vec::new(),
             },
             world_from_robot,
             world_from_object,

@@ -72,9 +72,13 @@ fn episode(seed: Seed, steps: usize, objects: usize) -> Episode {
             .map(|_| {
                 let InstanceRecord { id, family, symmetry } = instance(&mut s);
                 let size = 0.01 + s.unit();
-                ObjectTruth { instance: id, family, world_from_object: pose(&mut s), size, symmetry }
+                let half_sides = Vector3::new(0.1, 0.02, 1e-3) + Vector3::repeat(s.unit());
+                let extents = Some(Extents { half_sides, semi_axes: half_sides * 1.3 });
+                let world_from_object = pose(&mut s);
+                ObjectTruth { instance: id, family, world_from_object, size, symmetry, extents }
             })
             .collect(),
+        landmarks: (0..objects).map(|_| pose(&mut s).translation.vector.into()).collect(),
         detections: detections.iter().map(|_| DetectionTruth { visible_fraction: s.unit() }).collect(),
     };
     let observations = Observations {
@@ -84,6 +88,14 @@ fn episode(seed: Seed, steps: usize, objects: usize) -> Episode {
         robot_from_camera: pose(&mut s),
         odometry,
         detections,
+        landmarks: (0..objects.min(steps))
+            .map(|i| LandmarkSighting {
+                step: i,
+                landmark: i,
+                pixel: Vector2::new(100.0 * s.unit(), -0.5),
+                sigma: 0.1 + s.unit(),
+            })
+            .collect(),
     };
     Episode { observations, truth }
 }

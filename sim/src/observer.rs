@@ -1,0 +1,91 @@
+//! What a robot observes at each step of a rollout.
+
+use crate::error::SimError;
+use crate::render::{Frame, Light, RenderScene, Renderer, Shot};
+use crate::rollout::Rollout;
+use crate::scene::{CheckedScene, SensorSpec};
+use crate::sensor::crop::Labelled;
+use crate::sensor::detector::{Target, detect};
+use crate::sensor::{fault, image, landmark};
+use nalgebra::Point3;
+use vantage_dataset::{Detection, DetectionTruth, LandmarkSighting, Seed};
+
+/// The camera, the detector and what they look at, from step to step.
+pub struct Observer<'a> {
+    rollout: &'a Rollout,
+    sensors: &'a SensorSpec,
+    scene: RenderScene,
+    light_at_start: Light,
+    targets: Vec<Target>,
+    landmarks: Vec<Point3<f64>>,
+    false_detections: usize,
+}
+
+/// One look.
+pub struct Look {
+    /// Where from.
+    pub shot: Shot,
+    /// The image as the camera gives it.
+    pub frame: Frame,
+    /// Detections by track, those of nothing last.
+    pub detections: Vec<(Detection, DetectionTruth)>,
+    /// Landmarks, in their order.
+    pub landmarks: Vec<LandmarkSighting>,
+}
+
+impl<'a> Observer<'a> {
+    /// At the beginning of a rollout.
+    pub fn new(scene: &'a CheckedScene, rollout: &'a Rollout) -> Self {
+        let drawn = rollout.render_scene(scene);
+        let sensors = scene.sensors();
+        let landmarks = match &sensors.landmarks {
+            Some(spec) => landmark::draw(spec, &drawn.placements, rollout.seed),
+            None => Vec::new(),
+        };
+        Self {
+            rollout,
+            sensors,
+            light_at_start: drawn.light,
+            targets: rollout.targets(&drawn),
+            scene: drawn,
+            landmarks,
+            false_detections: 0,
+        }
+    }
+
+    /// The point landmarks of the room, world frame, metres.
+    pub fn landmarks(&self) -> &[Point3<f64>] {
+        &self.landmarks
+    }
+
+    /// What can be detected.
+    pub fn targets(&self) -> &[Target] {
+        &self.targets
+    }
+
+    /// Looks. Steps are to be looked at in order, since detections of nothing are counted through.
+    pub fn look(&mut self, step: usize, renderer: &mut dyn Renderer) -> Result<Look, SimError> {
+        let seed: Seed = self.rollout.seed;
+        let shot = self.rollout.shot(step);
+        self.scene.light = self.rollout.light(step, &self.light_at_start);
+        let mut frame = renderer.frame(&self.scene, &shot)?;
+        let landmarks = match &self.sensors.landmarks {
+            Some(spec) => landmark::sight(spec, &self.landmarks, step, &shot, &frame, seed),
+            None => Vec::new(),
+        };
+        if let Some(spec) = &self.sensors.camera.image {
+            image::degrade(spec, &mut frame.rgb, frame.width as usize, 1.0, seed, step as u64);
+        }
+        let mut detections =
+            detect(&self.sensors.detector, &self.targets, step, &shot, &frame, renderer, seed)?;
+        if let Some(faults) = &self.sensors.detector.faults {
+            let image = Labelled { width: frame.width as usize, rgb: &frame.rgb, ids: &frame.ids };
+            let first = self.targets.len() + self.false_detections;
+            let nothing = fault::false_detections(faults, &image, step, first, seed);
+            self.false_detections += nothing.len();
+            let unseen = DetectionTruth { visible_fraction: 0.0 };
+            detections.extend(nothing.into_iter().map(|detection| (detection, unseen)));
+        }
+        Ok(Look { shot, frame, detections, landmarks })
+    }
+}
