@@ -7,6 +7,7 @@ pub mod budget;
 pub mod episode;
 pub mod error;
 pub mod mesh;
+pub mod mesh_file;
 pub mod model;
 pub mod object;
 pub mod render;

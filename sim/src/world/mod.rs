@@ -10,7 +10,7 @@ pub mod surroundings;
 pub mod wallpaper;
 
 use crate::error::{Progress, SimError};
-use crate::object::{Family, Object};
+use crate::object::{Catalog, Draw, Object};
 use crate::scene::CheckedScene;
 use layout::footprint;
 use physics::Physics;
@@ -42,13 +42,7 @@ impl World {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Self, SimError> {
         let spec = scene.world();
-        let families = draw_families(&spec.families, spec.objects as usize, seed);
-        let object_seed = seed.child("objects", 0);
-        let objects: Vec<Object> = families
-            .par_iter()
-            .enumerate()
-            .map(|(i, family)| Object::generate(*family, split, object_seed, i as u64))
-            .collect();
+        let objects = draw_objects(scene, split, seed)?;
         let stands = spec.surface.stands(scene.robot(), objects.len());
         let footprints: Vec<f64> = objects.iter().map(footprint).collect();
         let places = layout::draw(
@@ -70,7 +64,7 @@ impl World {
             .zip(&self.world_from_object)
             .map(|(object, world_from_object)| ObjectTruth {
                 instance: object.id,
-                family: object.family.name().to_owned(),
+                family: object.family.clone(),
                 world_from_object: *world_from_object,
                 size: object.size,
                 symmetry: object.symmetry,
@@ -79,11 +73,15 @@ impl World {
     }
 }
 
-/// Families in random order, each as often as any other, to within one.
-fn draw_families(families: &[Family], objects: usize, seed: Seed) -> Vec<Family> {
-    let mut stream = seed.stream("families", 0);
-    let first = stream.below(families.len());
-    let mut drawn: Vec<Family> = (0..objects).map(|i| families[(first + i) % families.len()]).collect();
-    stream.shuffle(&mut drawn);
-    drawn
+/// Objects in random order; no two are the same.
+fn draw_objects(scene: &CheckedScene, split: Split, seed: Seed) -> Result<Vec<Object>, SimError> {
+    let spec = scene.world();
+    let wanted = spec.objects as usize;
+    let drawn: Vec<Draw<'_>> = Catalog::new(&spec.families, scene.meshes(), split).shuffled(wanted, seed);
+    if drawn.len() < wanted {
+        return Err(SimError::TooFewMeshes { field: "world.objects", wanted, got: drawn.len(), split });
+    }
+    let object_seed = seed.child("objects", 0);
+    let objects = drawn.into_par_iter().enumerate();
+    Ok(objects.map(|(i, draw)| draw.object(split, object_seed, i as u64)).collect())
 }

@@ -1,5 +1,6 @@
 use crate::scene::{checked, shipped, small};
 use garde::Validate;
+use std::path::Path;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::episode::roll_out;
 use vantage_sim::error::SimError;
@@ -9,7 +10,7 @@ use vantage_sim::views::training_views;
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
-    CheckedScene::new(spec).expect_err("the scene breaks a rule").to_string()
+    CheckedScene::new(spec, Path::new("")).expect_err("the scene breaks a rule").to_string()
 }
 
 #[test]
