@@ -63,9 +63,9 @@ pub enum BenchError {
     /// See [`RenderError`].
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// The simulated part of a scene breaks a rule.
+    /// The simulated part of a scene breaks a rule, or names a mesh that cannot be used.
     #[error("the scene is not valid: {0}")]
-    Rules(#[from] garde::Report),
+    Rules(#[from] vantage_sim::scene::SceneError),
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),

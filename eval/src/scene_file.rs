@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::Seed;
 use vantage_learn::TrainingSpec;
-use vantage_sim::scene::{CheckedScene, RobotSpec, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into};
+use vantage_sim::scene::{
+    CheckedScene, RobotSpec, SceneError, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into,
+};
 use vantage_slam::EstimatorSpec;
 
 /// A scene file is no larger than this, bytes.
@@ -57,14 +59,16 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// The simulated part. A scene file that was read has passed the simulator's rules.
-    pub fn checked(&self) -> Result<CheckedScene, garde::Report> {
-        CheckedScene::new(SceneSpec {
+    /// The simulated part of the scene that was read from `path`, with the meshes it names. A scene file that was
+    /// read has passed the simulator's rules.
+    pub fn checked(&self, path: &Path) -> Result<CheckedScene, SceneError> {
+        let spec = SceneSpec {
             world: self.world.clone(),
             robot: self.robot.clone(),
             sensors: self.sensors.clone(),
             views: self.views.clone(),
-        })
+        };
+        CheckedScene::new(spec, path.parent().unwrap_or(Path::new("")))
     }
 }
 

@@ -40,7 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut spec =
         SceneSpec { world: file.world, robot: file.robot, sensors: file.sensors, views: file.views };
     spec.views.views_per_instance = views.parse()?;
-    let conditions = CheckedScene::new(spec)?.view_conditions();
+    let conditions =
+        CheckedScene::new(spec, Path::new(scene).parent().unwrap_or(Path::new(".")))?.view_conditions();
     let mut renderer = ReferenceRenderer::default();
     let start = std::time::Instant::now();
     let set = training_views(

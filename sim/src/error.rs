@@ -1,6 +1,7 @@
 //! Why a simulation cannot be made.
 
 use crate::render::RenderError;
+use vantage_dataset::Split;
 
 /// A world that does not stand, or a renderer that failed.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +19,22 @@ pub enum SimError {
         /// Which surface.
         surface: &'static str,
     },
+    /// The scene has no family, and fewer meshes than it asks for.
+    #[error(
+        "`{field}` is {wanted}, but the scene has no family and only {got} meshes in the {} split, each of which is one \
+         object; lower it, add to `world.meshes`, state their `split`, or list `world.families`",
+        split.name()
+    )]
+    TooFewMeshes {
+        /// The setting that asks for them.
+        field: &'static str,
+        /// How many it asks for.
+        wanted: usize,
+        /// How many there are.
+        got: usize,
+        /// Of which split.
+        split: Split,
+    },
     /// An object kept moving.
     #[error(
         "object {object} ({family}) still moved {seconds:.0} s after it was dropped; another seed, a wider \
@@ -27,7 +44,7 @@ pub enum SimError {
         /// Index of the object.
         object: usize,
         /// Its family.
-        family: &'static str,
+        family: String,
         /// Simulated time it was given, seconds.
         seconds: f64,
     },
@@ -40,7 +57,7 @@ pub enum SimError {
         /// Index of the object.
         object: usize,
         /// Its family.
-        family: &'static str,
+        family: String,
         /// Where it was, world frame, metres.
         position: [f64; 3],
     },

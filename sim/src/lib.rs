@@ -8,6 +8,7 @@ pub mod capture;
 pub mod episode;
 pub mod error;
 pub mod mesh;
+pub mod mesh_file;
 pub mod model;
 pub mod object;
 pub mod observer;

@@ -1,5 +1,7 @@
 //! Triangle meshes in an object's own frame.
 
+use nalgebra::Vector3;
+
 /// A UV-mapped triangle mesh, metres, z up, counter-clockwise seen from outside.
 ///
 /// Vertices are per corner where normals or texture coordinates break.
@@ -13,4 +15,23 @@ pub struct Mesh {
     pub uvs: Vec<[f32; 2]>,
     /// Corners of each triangle, indices into the vertices.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// Half the extents along x, y, z; the box is that of the vertices.
+    pub(crate) fn half_extents(&self) -> Vector3<f64> {
+        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let points = self.positions.iter().map(|&p| Vector3::from(p.map(f64::from)));
+        let (low, high) = points.fold(start, |(low, high): (Vector3<f64>, _), p| (low.inf(&p), high.sup(&p)));
+        0.5 * (high - low)
+    }
+
+    /// Diameter of the sphere about the origin that holds all vertices.
+    pub(crate) fn diameter(&self) -> f64 {
+        let radius_squared = self.positions.iter().map(|p| {
+            let p = p.map(f64::from);
+            p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+        });
+        2.0 * radius_squared.fold(0.0, f64::max).sqrt()
+    }
 }

@@ -4,6 +4,7 @@
 //! degrees and their names end in `_deg`; lengths are metres.
 
 pub mod furniture;
+pub mod meshes;
 pub mod path;
 pub mod robot;
 pub mod rule;
@@ -12,6 +13,7 @@ pub mod views;
 pub mod world;
 
 pub use furniture::{PieceSpec, Side};
+pub use meshes::{MeshSpec, SymmetrySpec};
 pub use path::PathSpec;
 pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
 pub use sensors::{
@@ -20,11 +22,14 @@ pub use sensors::{
 pub use views::ViewsSpec;
 pub use world::{LightingSpec, RoomSpec, SurfaceSpec, WorldSpec};
 
+use crate::mesh_file::MeshFileError;
+use crate::object::MeshLibrary;
 use crate::robot::body::RADIUS as ROBOT_RADIUS;
 use crate::robot::track::Track;
 use crate::world::ground::Ground;
 use garde::Validate;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// What the simulator reads of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -44,41 +49,65 @@ pub struct SceneSpec {
     pub views: ViewsSpec,
 }
 
-/// A scene that passed every rule.
+/// A scene that passed every rule, with the meshes it names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CheckedScene(SceneSpec);
+pub struct CheckedScene {
+    #[serde(flatten)]
+    spec: SceneSpec,
+    #[serde(skip_serializing_if = "MeshLibrary::is_empty")]
+    meshes: MeshLibrary,
+}
+
+/// Why a scene is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// It breaks rules: all of them are listed.
+    #[error(transparent)]
+    Rules(#[from] garde::Report),
+    /// A mesh that it names cannot be used.
+    #[error("world.meshes: {0}")]
+    Mesh(#[from] MeshFileError),
+}
 
 impl CheckedScene {
-    /// Checks every rule, those between parts included; the report lists all violations.
-    pub fn new(spec: SceneSpec) -> Result<Self, garde::Report> {
+    /// Checks every rule, those between parts included; the report lists all violations. Then reads the meshes, whose
+    /// paths are relative to `base`, the scene file's folder.
+    pub fn new(spec: SceneSpec, base: &Path) -> Result<Self, SceneError> {
         spec.validate()?;
-        Ok(Self(spec))
+        let meshes = MeshLibrary::load(&spec.world.meshes, base)?;
+        Ok(Self { spec, meshes })
+    }
+
+    /// The meshes of `world.meshes`.
+    pub fn meshes(&self) -> &MeshLibrary {
+        &self.meshes
     }
 
     /// What there is to see.
     pub fn world(&self) -> &WorldSpec {
-        &self.0.world
+        &self.spec.world
     }
 
     /// The robot.
     pub fn robot(&self) -> &RobotSpec {
-        &self.0.robot
+        &self.spec.robot
     }
 
     /// Its sensors.
     pub fn sensors(&self) -> &SensorSpec {
-        &self.0.sensors
+        &self.spec.sensors
     }
 
     /// Everything that decides how training views look, and nothing else.
     pub fn view_conditions(&self) -> ViewConditions {
         ViewConditions {
-            families: self.0.world.families.clone(),
-            spacing: self.0.world.spacing,
-            lighting: self.0.world.lighting.clone(),
-            camera: self.0.sensors.camera.clone(),
-            detector: self.0.sensors.detector.clone(),
-            views: self.0.views.clone(),
+            families: self.spec.world.families.clone(),
+            meshes: self.meshes.clone(),
+            spacing: self.spec.world.spacing,
+            lighting: self.spec.world.lighting.clone(),
+            camera: self.spec.sensors.camera.clone(),
+            detector: self.spec.sensors.detector.clone(),
+            views: self.spec.views.clone(),
         }
     }
 }
@@ -88,6 +117,9 @@ impl CheckedScene {
 pub struct ViewConditions {
     /// Families, in turn.
     pub families: Vec<crate::object::Family>,
+    /// Meshes, by category in turn with the families.
+    #[serde(skip_serializing_if = "MeshLibrary::is_empty")]
+    pub meshes: MeshLibrary,
     /// Least gap between neighbours, metres.
     pub spacing: f64,
     /// Ranges of the light.

@@ -10,9 +10,9 @@ mod session;
 
 use crate::budget;
 use crate::error::{Progress, SimError, Stage};
-use crate::object::Object;
+use crate::object::{Catalog, Draw, Object};
 use crate::render::{Renderer, Shot, Tile, TileShot};
-use crate::scene::ViewConditions;
+use crate::scene::{ViewConditions, ViewsSpec};
 use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
 use crate::sensor::mask::Mask;
 use crate::sensor::{bounds, fault, image};
@@ -44,14 +44,20 @@ pub fn training_views(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<ViewSet, SimError> {
     budget::check_views(conditions, instances)?;
+    let chunks = instances.div_ceil(CHUNK);
+    let draws = Catalog::new(&conditions.families, &conditions.meshes, split).in_turn(chunks * CHUNK);
+    if draws.len() < instances {
+        let (field, got) = (ViewsSpec::field(split), draws.len());
+        return Err(SimError::TooFewMeshes { field, wanted: instances, got, split });
+    }
     let seed = seed.child(split.name(), 0);
     let mut set = ViewSet { split, instances: Vec::with_capacity(instances), views: Vec::new() };
-    for start in (0..instances).step_by(CHUNK) {
-        let chunk = Chunk::new(conditions, split, start, seed);
+    for (start, draws) in (0..instances).step_by(CHUNK).zip(draws.chunks(CHUNK)) {
+        let chunk = Chunk::new(conditions, split, draws, start, seed);
         let wanted = CHUNK.min(instances - start);
         set.instances.extend(chunk.objects[..wanted].iter().map(|object| InstanceRecord {
             id: object.id,
-            family: object.family.name().to_owned(),
+            family: object.family.clone(),
             symmetry: object.symmetry,
         }));
         set.views.extend(chunk.views(wanted, renderer)?);
@@ -60,7 +66,7 @@ pub fn training_views(
     Ok(set)
 }
 
-/// The instances `start..start + CHUNK` of a split.
+/// The instances `start..start + CHUNK` of a split, fewer at the end of its meshes.
 struct Chunk<'a> {
     conditions: &'a ViewConditions,
     camera: Camera,
@@ -88,11 +94,17 @@ struct Sitting {
 }
 
 impl<'a> Chunk<'a> {
-    fn new(conditions: &'a ViewConditions, split: Split, start: usize, seed: Seed) -> Self {
-        let families = &conditions.families;
-        let objects = (start..start + CHUNK)
-            .into_par_iter()
-            .map(|i| Object::generate(families[i % families.len()], split, seed, i as u64))
+    fn new(
+        conditions: &'a ViewConditions,
+        split: Split,
+        draws: &[Draw<'_>],
+        start: usize,
+        seed: Seed,
+    ) -> Self {
+        let objects = draws
+            .par_iter()
+            .enumerate()
+            .map(|(i, draw)| draw.object(split, seed, (start + i) as u64))
             .collect();
         Self { conditions, camera: conditions.camera.intrinsics(), start, seed, objects }
     }

@@ -28,7 +28,7 @@ fn it_was_trained_as_every_scene_says() {
     for path in scenes() {
         let file: SceneFile = scene_file::read(&path).unwrap();
         let Some(Manifest { training, .. }) = manifest(&path, &file) else { continue };
-        let conditions = scene_file::hash(&file.checked().unwrap().view_conditions()).unwrap();
+        let conditions = scene_file::hash(&file.checked(&path).unwrap().view_conditions()).unwrap();
         assert_eq!(training.provenance[VIEW_CONDITIONS], conditions, "{}: train it again", path.display());
         assert_eq!((&training.spec, training.seed), (&file.training.model, file.training.seed));
         compared += 1;

@@ -25,18 +25,21 @@ use vantage_slam::initial::dead_reckoning;
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let file: SceneFile = scene_file::read(&args.scene)?;
-    let scene = file.checked()?;
+    let scene = file.checked(&args.scene)?;
     let progress = Progress::detect();
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {
         progress.note(notice);
     }
-    let provenance: Provenance = BTreeMap::from([
+    let mut provenance: Provenance = BTreeMap::from([
         ("scene".to_owned(), file.name.clone().into()),
         ("scene_hash".to_owned(), scene_file::hash(&(scene.world(), scene.robot(), scene.sensors()))?.into()),
         ("renderer".to_owned(), serde_json::to_value(opened.renderer.info())?),
         ("code".to_owned(), SIMULATED.into()),
     ]);
+    if !scene.meshes().is_empty() {
+        provenance.insert("meshes".to_owned(), serde_json::to_value(scene.meshes())?);
+    }
     let mut writer = Writer { scene: &scene, out: &out, provenance, renderer: opened.renderer };
     let seeds = match args.seeds {
         Some(count) => (0..count).map(Seed).collect(),

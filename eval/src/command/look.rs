@@ -34,7 +34,7 @@ const FROM_ABOVE_FOV: f64 = 0.3;
 /// their detections, and crops of ten instances, each column ordered by azimuth.
 pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let file: SceneFile = scene_file::read(&args.scene)?;
-    let scene = file.checked()?;
+    let scene = file.checked(&args.scene)?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.png", file.name)));
     let out = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
     let opened = open(args.renderer.into())?;

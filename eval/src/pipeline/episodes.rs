@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use vantage_dataset::store::{Key, read_manifest, write_episode};
 use vantage_dataset::{Seed, Split};
 use vantage_sim::error::SimError;
+use vantage_sim::object::MeshLibrary;
 use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::{RobotSpec, SensorSpec, WorldSpec};
 use vantage_sim::simulate;
@@ -16,6 +17,8 @@ use vantage_sim::simulate;
 struct Inputs<'a> {
     code: &'static str,
     world: &'a WorldSpec,
+    #[serde(skip_serializing_if = "MeshLibrary::is_empty")]
+    meshes: &'a MeshLibrary,
     robot: &'a RobotSpec,
     sensors: &'a SensorSpec,
     seed: Seed,
@@ -69,6 +72,7 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
     let inputs = Inputs {
         code: code::SIMULATED,
         world: scene.world(),
+        meshes: scene.meshes(),
         robot: scene.robot(),
         sensors: scene.sensors(),
         seed,

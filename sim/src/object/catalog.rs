@@ -1,54 +1,106 @@
-//! A list of objects that exist once they are asked for.
+//! What the objects of a world, or the instances of a split, are drawn from.
 
-use super::{Family, Object};
+use super::{Family, MeshEntry, MeshLibrary, Object};
+use std::collections::VecDeque;
 use vantage_dataset::{Seed, Split};
 
-/// `len` objects of one split, their families in turn; object `i` is always the same.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Catalog {
-    families: Vec<Family>,
+/// The families of a scene, which never run out, and its meshes, which are one instance each.
+#[derive(Clone, Copy, Debug)]
+pub struct Catalog<'a> {
+    families: &'a [Family],
+    meshes: &'a MeshLibrary,
     split: Split,
-    seed: Seed,
-    len: usize,
 }
 
-impl Catalog {
-    /// The catalogue of `len` objects.
-    ///
-    /// # Panics
-    /// If `families` is empty while `len` is not 0.
-    pub fn new(families: Vec<Family>, split: Split, seed: Seed, len: usize) -> Self {
-        assert!(len == 0 || !families.is_empty(), "a catalogue of {len} objects needs a family");
-        Self { families, split, seed, len }
+/// An object that has not been drawn yet.
+#[derive(Clone, Copy, Debug)]
+pub enum Draw<'a> {
+    /// Any instance of a family.
+    Family(Family),
+    /// A mesh.
+    Mesh(&'a MeshEntry),
+}
+
+/// Objects of a kind: a family, or the meshes of a category, in turn.
+enum Kind<'a> {
+    Family(Family),
+    Meshes(VecDeque<&'a MeshEntry>),
+}
+
+impl<'a> Catalog<'a> {
+    /// What there is for a split.
+    pub fn new(families: &'a [Family], meshes: &'a MeshLibrary, split: Split) -> Self {
+        Self { families, meshes, split }
     }
 
-    /// How many objects there are.
-    pub fn len(&self) -> usize {
-        self.len
+    /// How many different objects there are; `None` if there is no end of them.
+    pub fn len(&self) -> Option<usize> {
+        let meshes = || self.meshes.iter().filter(|mesh| mesh.split == self.split).count();
+        self.families.is_empty().then(meshes)
     }
 
-    /// True without objects.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
+    /// The first `count` instances, which a seed does not change: each family and each category of meshes in turn,
+    /// a category only as long as it has meshes left. Fewer if there are fewer.
+    pub fn in_turn(&self, count: usize) -> Vec<Draw<'a>> {
+        take_turns(self.kinds(), 0, count)
     }
 
-    /// The split all objects belong to.
-    pub fn split(&self) -> Split {
-        self.split
+    /// `count` objects in random order, each family and each category of meshes as often as any other, to within one,
+    /// as long as it has meshes left. Fewer if there are fewer.
+    pub fn shuffled(&self, count: usize, seed: Seed) -> Vec<Draw<'a>> {
+        let mut kinds = self.kinds();
+        if kinds.is_empty() {
+            return Vec::new();
+        }
+        for (i, kind) in kinds.iter_mut().enumerate() {
+            if let Kind::Meshes(meshes) = kind {
+                seed.stream("meshes", i as u64).shuffle(meshes.make_contiguous());
+            }
+        }
+        let mut stream = seed.stream("families", 0);
+        let first = stream.below(kinds.len());
+        let mut drawn = take_turns(kinds, first, count);
+        stream.shuffle(&mut drawn);
+        drawn
     }
 
-    /// Draws object `i`, a millisecond's work.
-    ///
-    /// # Panics
-    /// If `i` is not below [`len`](Self::len).
-    pub fn object(&self, i: usize) -> Object {
-        assert!(i < self.len, "object {i} of a catalogue of {}", self.len);
-        let family = self.families[i % self.families.len()];
-        Object::generate(family, self.split, self.seed, (i / self.families.len()) as u64)
+    fn kinds(&self) -> Vec<Kind<'a>> {
+        let mut kinds: Vec<Kind<'a>> = self.families.iter().map(|family| Kind::Family(*family)).collect();
+        let mut categories: Vec<(&str, VecDeque<&MeshEntry>)> = Vec::new();
+        for mesh in self.meshes.iter().filter(|mesh| mesh.split == self.split) {
+            match categories.iter_mut().find(|(category, _)| *category == mesh.category) {
+                Some((_, meshes)) => meshes.push_back(mesh),
+                None => categories.push((&mesh.category, VecDeque::from([mesh]))),
+            }
+        }
+        kinds.extend(categories.into_iter().map(|(_, meshes)| Kind::Meshes(meshes)));
+        kinds
     }
+}
 
-    /// All objects, drawn one by one.
-    pub fn iter(&self) -> impl Iterator<Item = Object> + '_ {
-        (0..self.len).map(|i| self.object(i))
+fn take_turns<'a>(mut kinds: Vec<Kind<'a>>, first: usize, count: usize) -> Vec<Draw<'a>> {
+    let mut drawn = Vec::new();
+    let mut turn = first;
+    let mut passed = 0;
+    while drawn.len() < count && passed < kinds.len() {
+        let number = kinds.len();
+        let draw = match &mut kinds[turn % number] {
+            Kind::Family(family) => Some(Draw::Family(*family)),
+            Kind::Meshes(meshes) => meshes.pop_front().map(Draw::Mesh),
+        };
+        passed = if draw.is_some() { 0 } else { passed + 1 };
+        drawn.extend(draw);
+        turn += 1;
+    }
+    drawn
+}
+
+impl Draw<'_> {
+    /// The object; of a family, instance `index` of the split and seed.
+    pub fn object(self, split: Split, seed: Seed, index: u64) -> Object {
+        match self {
+            Draw::Family(family) => Object::generate(family, split, seed, index),
+            Draw::Mesh(mesh) => mesh.object.clone(),
+        }
     }
 }

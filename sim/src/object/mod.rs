@@ -1,34 +1,46 @@
-//! Procedural objects: what the world is furnished with.
+//! Objects: what the world is furnished with.
 //!
-//! An [`Object`] is drawn from its [`Family`], split, seed and index alone, so that a training set of thousands needs
-//! no files. Frames: z up, front = +x, left = +y, origin at the centre of the bounding box; metres and kilograms.
+//! A procedural [`Object`] is drawn from its [`Family`], split, seed and index alone, so that a training set of
+//! thousands needs no files; others are read from mesh files into a [`MeshLibrary`]. Frames: z up, front = +x,
+//! left = +y, origin at the centre of the bounding box; metres and kilograms.
 
 mod catalog;
 mod extents;
 mod family;
+mod fixture;
 mod hull;
+mod library;
 mod paint;
 mod solid;
 mod tint;
 
-pub use catalog::Catalog;
+pub use catalog::{Catalog, Draw};
 pub use family::Family;
+pub use fixture::Fixture;
+pub use library::{MeshEntry, MeshLibrary};
 
 use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::texture::Texture;
 use family::Draft;
 use nalgebra::Vector3;
+use rapier3d::prelude::{SharedShape, Vector};
 use std::sync::Arc;
 use vantage_dataset::{InstanceId, Seed, Split, Symmetry};
+
+/// Mass of a mesh from a file over the volume of its convex hull, kg/m^3: of things that are partly hollow.
+const MESH_DENSITY: f64 = 400.0;
+
+/// The least share of its bounding box that a convex hull fills.
+const LEAST_FILLING: f64 = 1e-3;
 
 /// An object instance.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Hash of family, mesh and texture.
+    /// Hash of family, mesh and texture, or of the contents of the mesh's files.
     pub id: InstanceId,
-    /// Its family.
-    pub family: Family,
+    /// Name of its family, or of the category of a mesh.
+    pub family: String,
     /// Its look.
     pub model: Arc<Model>,
     /// Turns about z that leave its look unchanged.
@@ -54,27 +66,45 @@ impl Object {
         let mass = density * solid.volume();
         let mesh = solid.moved(-center.x, -center.y, -center.z).to_mesh();
         let texture = canvas.to_texture();
-        let radius_squared = mesh.positions.iter().map(|p| {
-            let p = p.map(f64::from);
-            p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
-        });
         Self {
-            id: identity(family, &mesh, &texture),
-            family,
+            id: identity(family.name(), &mesh, &texture),
+            family: family.name().to_owned(),
             symmetry: family.symmetry(),
-            size: 2.0 * radius_squared.fold(0.0, f64::max).sqrt(),
+            size: mesh.diameter(),
             half_extents: 0.5 * (high - low),
             hull: hull::hull(&mesh.positions),
             mass,
             model: Arc::new(Model { mesh, texture }),
         }
     }
+
+    /// The object that a mesh is; `None` if its hull has no volume.
+    fn from_mesh(id: InstanceId, category: String, symmetry: Symmetry, model: Model) -> Option<Self> {
+        let mesh = &model.mesh;
+        let hull = hull::hull(&mesh.positions);
+        let points: Vec<Vector> = hull.iter().map(|&p| Vector::from(p)).collect();
+        let volume = f64::from(SharedShape::convex_hull(&points)?.mass_properties(1.0).mass());
+        let box_volume = 8.0 * mesh.half_extents().product();
+        if !(volume > LEAST_FILLING * box_volume) {
+            return None;
+        }
+        Some(Self {
+            id,
+            family: category,
+            symmetry,
+            size: mesh.diameter(),
+            half_extents: mesh.half_extents(),
+            hull,
+            mass: MESH_DENSITY * volume,
+            model: Arc::new(model),
+        })
+    }
 }
 
 /// The first 8 bytes of the hash over family, mesh and the finest texture level, all bits.
-fn identity(family: Family, mesh: &Mesh, texture: &Texture) -> InstanceId {
+fn identity(family: &str, mesh: &Mesh, texture: &Texture) -> InstanceId {
     let mut hasher = blake3::Hasher::new();
-    hasher.update(family.name().as_bytes());
+    hasher.update(family.as_bytes());
     hasher.update(bytemuck::cast_slice(&mesh.positions));
     hasher.update(bytemuck::cast_slice(&mesh.normals));
     hasher.update(bytemuck::cast_slice(&mesh.uvs));

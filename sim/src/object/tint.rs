@@ -18,7 +18,7 @@ impl Object {
         let texture = Texture::new(finest.collect());
         let mesh = self.model.mesh.clone();
         Self {
-            id: identity(self.family, &mesh, &texture),
+            id: identity(&self.family, &mesh, &texture),
             model: Arc::new(Model { mesh, texture }),
             ..self.clone()
         }

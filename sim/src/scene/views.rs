@@ -40,6 +40,15 @@ pub struct ViewsSpec {
 }
 
 impl ViewsSpec {
+    /// The setting that says how many instances a split has.
+    pub fn field(split: Split) -> &'static str {
+        match split {
+            Split::Train => "views.train_instances",
+            Split::Validation => "views.validation_instances",
+            Split::Test => "views.test_instances",
+        }
+    }
+
     /// How many instances a split has.
     pub fn instances(&self, split: Split) -> usize {
         let instances = match split {

@@ -1,6 +1,7 @@
 //! `world`: surface, objects, room and light.
 
 use crate::object::Family;
+use crate::scene::MeshSpec;
 use crate::scene::furniture::PieceSpec;
 use crate::scene::rule::{Interval, interval_within, not_nan};
 use garde::Validate;
@@ -14,9 +15,15 @@ pub struct WorldSpec {
     /// What the objects stand on.
     #[garde(dive)]
     pub surface: SurfaceSpec,
-    /// Families the objects are drawn from; every family comes up equally often, to within one.
-    #[garde(length(min = 1), custom(all_different))]
+    /// Families the objects are drawn from; every family, and every category of meshes as long as it has any left,
+    /// comes up equally often, to within one.
+    #[serde(default)]
+    #[garde(custom(all_different), custom(not_without(&self.meshes)))]
     pub families: Vec<Family>,
+    /// Objects from files, of each of which a world has one at most.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(dive)]
+    pub meshes: Vec<MeshSpec>,
     /// Number of objects.
     #[garde(range(min = 1))]
     pub objects: u32,
@@ -108,6 +115,16 @@ pub struct LightingSpec {
     /// Each colour channel of each light is scaled by up to this much more or less.
     #[garde(range(min = 0.0, max = 0.5), custom(not_nan))]
     pub tint: f64,
+}
+
+fn not_without(meshes: &[MeshSpec]) -> impl Fn(&Vec<Family>, &()) -> garde::Result {
+    move |families, ()| {
+        if families.is_empty() && meshes.is_empty() {
+            Err(garde::Error::new("got no family and no mesh, expected world.families or world.meshes"))
+        } else {
+            Ok(())
+        }
+    }
 }
 
 fn all_different(families: &[Family], _: &()) -> garde::Result {

@@ -42,7 +42,7 @@ impl Session {
         };
         let mut placements = vec![placed(&objects[target], Pose::identity(), TARGET)];
         let mut taken = vec![(Vector2::zeros(), footprint(&objects[target]))];
-        let neighbours = if stream.chance(conditions.views.occluder_probability) {
+        let neighbours = if stream.chance(conditions.views.occluder_probability) && objects.len() > 1 {
             1 + stream.below(NEIGHBOURS)
         } else {
             0

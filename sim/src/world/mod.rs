@@ -12,7 +12,7 @@ pub mod surroundings;
 pub mod wallpaper;
 
 use crate::error::{Progress, SimError};
-use crate::object::{Family, Object};
+use crate::object::{Catalog, Draw, Object};
 use crate::scene::CheckedScene;
 use furnishing::Furnishing;
 use layout::Footprint;
@@ -44,21 +44,7 @@ impl World {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Self, SimError> {
         let spec = scene.world();
-        let families = draw_families(&spec.families, spec.objects as usize, seed);
-        let object_seed = seed.child("objects", 0);
-        let objects: Vec<Object> = match spec.look_alike {
-            None => families
-                .par_iter()
-                .enumerate()
-                .map(|(i, family)| Object::generate(*family, split, object_seed, i as u64))
-                .collect(),
-            Some(tint) => {
-                let one = Object::generate(families[0], split, object_seed, 0);
-                (0..families.len())
-                    .map(|i| one.tinted(tint, &mut seed.stream("look alike", i as u64)))
-                    .collect()
-            }
-        };
+        let objects = draw_objects(scene, split, seed)?;
         let furnishing = spec.surface.furnish(scene.robot(), objects.len());
         let stands = &furnishing.stands;
         let footprints: Vec<Footprint> = objects.iter().map(Footprint::of).collect();
@@ -81,7 +67,7 @@ impl World {
             .zip(&self.world_from_object)
             .map(|(object, world_from_object)| ObjectTruth {
                 instance: object.id,
-                family: object.family.name().to_owned(),
+                family: object.family.clone(),
                 world_from_object: *world_from_object,
                 size: object.size,
                 symmetry: object.symmetry,
@@ -91,11 +77,22 @@ impl World {
     }
 }
 
-/// Families in random order, each as often as any other, to within one.
-fn draw_families(families: &[Family], objects: usize, seed: Seed) -> Vec<Family> {
-    let mut stream = seed.stream("families", 0);
-    let first = stream.below(families.len());
-    let mut drawn: Vec<Family> = (0..objects).map(|i| families[(first + i) % families.len()]).collect();
-    stream.shuffle(&mut drawn);
-    drawn
+/// Objects in random order, no two of them the same; or copies of one.
+fn draw_objects(scene: &CheckedScene, split: Split, seed: Seed) -> Result<Vec<Object>, SimError> {
+    let spec = scene.world();
+    let wanted = spec.objects as usize;
+    let different = if spec.look_alike.is_some() { 1 } else { wanted };
+    let catalog = Catalog::new(&spec.families, scene.meshes(), split);
+    let drawn: Vec<Draw<'_>> = catalog.shuffled(different, seed);
+    if drawn.len() < different {
+        let got = drawn.len();
+        return Err(SimError::TooFewMeshes { field: "world.objects", wanted: different, got, split });
+    }
+    let object_seed = seed.child("objects", 0);
+    let objects = drawn.into_par_iter().enumerate();
+    let objects: Vec<Object> = objects.map(|(i, draw)| draw.object(split, object_seed, i as u64)).collect();
+    let Some(tint) = spec.look_alike else { return Ok(objects) };
+    let copies = (0..wanted)
+        .flat_map(|i| objects.first().map(|one| one.tinted(tint, &mut seed.stream("look alike", i as u64))));
+    Ok(copies.collect())
 }

@@ -45,7 +45,7 @@ pub fn settle(
         }
     }
     if let Some(object) = bodies.iter().position(|body| !physics.at_rest(*body)) {
-        let family = objects[object].family.name();
+        let family = objects[object].family.clone();
         return Err(SimError::DidNotSettle { object, family, seconds: seconds.into() });
     }
     Ok(bodies.iter().map(|body| physics.pose(*body)).collect())
@@ -63,7 +63,7 @@ fn refuse_fallen(
         let position = physics.pose(*body).translation.vector;
         let stand = &stands[place.stand];
         if position.z < stand.height || !stand.spans(&position.xy()) {
-            let family = objects[object].family.name();
+            let family = objects[object].family.clone();
             return Err(SimError::LeftTheWorld { object, family, position: position.into() });
         }
     }

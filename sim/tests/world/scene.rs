@@ -39,9 +39,9 @@ pub fn small() -> SceneSpec {
     spec
 }
 
-/// Checked, as it must be.
+/// Checked, as it must be; without meshes.
 pub fn checked(spec: SceneSpec) -> CheckedScene {
-    CheckedScene::new(spec).unwrap()
+    CheckedScene::new(spec, Path::new("")).unwrap()
 }
 
 /// The same light from everywhere, so that looks differ by viewpoint only.

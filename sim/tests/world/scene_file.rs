@@ -1,5 +1,6 @@
 use crate::scene::{checked, shipped, small};
 use garde::Validate;
+use std::path::Path;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
@@ -11,7 +12,7 @@ const SHARING: [&str; 6] = ["sparse_loop", "shelves", "room", "corridor", "alias
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
-    CheckedScene::new(spec).expect_err("the scene breaks a rule").to_string()
+    CheckedScene::new(spec, Path::new("")).expect_err("the scene breaks a rule").to_string()
 }
 
 #[test]

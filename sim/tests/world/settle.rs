@@ -90,7 +90,7 @@ fn shipped_scenes_settle_upright_under_twenty_seeds() {
                     continue;
                 }
                 let gap = lowest_vertex(object, pose) - height;
-                assert!(gap.abs() < 0.006, "{name} {seed}: {} stands {gap} m too high", object.family.name());
+                assert!(gap.abs() < 0.006, "{name} {seed}: {} stands {gap} m too high", object.family);
             }
         }
         assert!(toppled <= 2, "{name}: {toppled} of 240 objects fell over");

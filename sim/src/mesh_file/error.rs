@@ -1,0 +1,143 @@
+//! Why a mesh file is refused.
+
+use std::path::PathBuf;
+
+/// A mesh file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("the mesh {}: {fault}", path.display())]
+pub struct MeshFileError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub fault: MeshFault,
+}
+
+/// What is wrong with a mesh file.
+#[derive(Debug, thiserror::Error)]
+pub enum MeshFault {
+    /// The system does not give it.
+    #[error("cannot be read: {0}")]
+    Unreadable(std::io::Error),
+    /// Not a kind of file that is read.
+    #[error("is no file that ends in .obj, .gltf or .glb, and no folder")]
+    UnknownFormat,
+    /// A folder without meshes.
+    #[error(
+        "the folder holds no mesh; expected a .obj, .gltf or .glb file, `textured.obj` (YCB; also in `google_16k` or \
+         `tsdf`), `meshes/model.obj` (Google Scanned Objects), or folders that hold one of these"
+    )]
+    NoMeshInFolder,
+    /// A file that is larger than any sensible one.
+    #[error("`{name}` has {bytes} bytes, at most {limit} are read; simplify it")]
+    FileTooLarge {
+        /// The file, as it was named.
+        name: String,
+        /// Its size.
+        bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// More than a renderer can take.
+    #[error("got {got} {what}, at most {limit} are read; simplify the mesh")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many.
+        got: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// All meshes of a scene together.
+    #[error(
+        "with this one the scene's meshes take {bytes} bytes of memory, at most {limit} are held; use fewer"
+    )]
+    SceneTooLarge {
+        /// The estimate.
+        bytes: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// It names a file that is not there.
+    #[error("names the file `{name}`, which cannot be read: {source}; put it beside the mesh")]
+    MissingFile {
+        /// As it was named.
+        name: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It names a file somewhere else.
+    #[error(
+        "names the file `{name}`, which is not in the mesh's folder; copy it there and name it without a path"
+    )]
+    OutsideFolder {
+        /// As it was named.
+        name: String,
+    },
+    /// The text or its structure is broken.
+    #[error("`{name}` is not valid: {reason}")]
+    Syntax {
+        /// The file.
+        name: String,
+        /// The reader's reason.
+        reason: String,
+    },
+    /// Geometry or a look that only an extension could read.
+    #[error("uses the glTF extension {0}, which is not read; export the mesh without it")]
+    Extension(String),
+    /// A feature that would change how the mesh looks.
+    #[error("has {0}, which is not read; {1}")]
+    Unsupported(&'static str, &'static str),
+    /// A reference to something that is not there.
+    #[error("an index of {what} is out of range: got {got}, expected less than {len}")]
+    Index {
+        /// Of what.
+        what: &'static str,
+        /// The index.
+        got: u64,
+        /// How many there are.
+        len: usize,
+    },
+    /// NaN, infinite or absurdly large.
+    #[error("a {0} is not finite or absurdly large")]
+    NotFinite(&'static str),
+    /// There is nothing to see.
+    #[error("has no triangle")]
+    NoTriangle,
+    /// There are only points and lines to see.
+    #[error("none of its {0} triangles has an area")]
+    NoArea(usize),
+    /// The convex hull is degenerate.
+    #[error("its convex hull has no volume: nothing could collide with it")]
+    NoVolume,
+    /// Too small or too large.
+    #[error(
+        "its largest extent is {extent:.6} m with `metres_per_unit: {metres_per_unit}`, expected from {} to {} m; is \
+         `metres_per_unit` right?",
+        range[0], range[1]
+    )]
+    Size {
+        /// Metres.
+        extent: f64,
+        /// As the scene states it.
+        metres_per_unit: f64,
+        /// Smallest and largest, metres.
+        range: [f64; 2],
+    },
+    /// An image that cannot be decoded.
+    #[error("the image `{name}` is not valid: {reason}")]
+    Image {
+        /// The file, or the image's number in the file.
+        name: String,
+        /// The decoder's reason.
+        reason: String,
+    },
+    /// A texture that nothing maps to the surface.
+    #[error("the material `{0}` has a texture, but its surface has no texture coordinates")]
+    NoTextureCoordinates(String),
+    /// A surface without a look.
+    #[error("some faces use a material that is not in its MTL file, which has {0}")]
+    UnknownMaterial(String),
+    /// The same contents twice: it would belong to two splits.
+    #[error("is the same mesh as {}; list it once", .0.display())]
+    Twice(PathBuf),
+}

@@ -1,0 +1,103 @@
+//! The files that make up one mesh.
+
+use super::find::Source;
+use super::{MeshFault, MeshFileError};
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Largest file that is read, bytes.
+pub(crate) const MAX_FILE_BYTES: u64 = 256 << 20;
+
+/// Reads the files of one mesh and nothing outside its folder.
+pub(crate) struct Files<'a> {
+    source: &'a Source,
+    /// Canonical path that everything lies under.
+    root: PathBuf,
+    hasher: blake3::Hasher,
+}
+
+impl<'a> Files<'a> {
+    pub fn new(source: &'a Source) -> Result<Self, MeshFileError> {
+        let root = fs::canonicalize(&source.root).map_err(|e| source.error(MeshFault::Unreadable(e)))?;
+        Ok(Self { source, root, hasher: blake3::Hasher::new() })
+    }
+
+    /// This mesh cannot be used.
+    pub fn error(&self, fault: MeshFault) -> MeshFileError {
+        self.source.error(fault)
+    }
+
+    /// The mesh file itself.
+    pub fn main(&mut self) -> Result<Vec<u8>, MeshFileError> {
+        self.take(&self.source.file.clone(), &file_name(&self.source.file)).map_err(|failure| match failure {
+            Failure::System(error) => self.error(MeshFault::Unreadable(error)),
+            Failure::Fault(fault) => self.error(fault),
+        })
+    }
+
+    /// A file that the mesh names, relative to the mesh file.
+    pub fn read(&mut self, name: &str) -> Result<Vec<u8>, MeshFileError> {
+        let portable = name.replace('\\', "/");
+        let absolute = portable.starts_with('/') || portable.as_bytes().get(1) == Some(&b':');
+        if absolute {
+            return Err(self.error(MeshFault::OutsideFolder { name: name.to_owned() }));
+        }
+        let missing = |source| MeshFault::MissingFile { name: name.to_owned(), source };
+        let beside = self.source.file.with_file_name("").join(&portable);
+        let elsewhere = self.source.textures.as_ref().map(|folder| folder.join(&portable));
+        let path = match (fs::canonicalize(&beside), elsewhere) {
+            (Err(error), Some(path)) if error.kind() == io::ErrorKind::NotFound => fs::canonicalize(path),
+            (found, _) => found,
+        };
+        let path = path.map_err(|error| self.error(missing(error)))?;
+        if !path.starts_with(&self.root) {
+            return Err(self.error(MeshFault::OutsideFolder { name: name.to_owned() }));
+        }
+        self.take(&path, name).map_err(|failure| match failure {
+            Failure::System(error) => self.error(missing(error)),
+            Failure::Fault(fault) => self.error(fault),
+        })
+    }
+
+    /// Hash of everything that was read, in the order in which it was read.
+    pub fn hash(&self) -> blake3::Hash {
+        self.hasher.finalize()
+    }
+
+    fn take(&mut self, path: &Path, name: &str) -> Result<Vec<u8>, Failure> {
+        let too_large =
+            |bytes| MeshFault::FileTooLarge { name: name.to_owned(), bytes, limit: MAX_FILE_BYTES };
+        let metadata = fs::metadata(path)?;
+        if !metadata.is_file() {
+            return Err(io::Error::other("it is not a file").into());
+        }
+        if metadata.len() > MAX_FILE_BYTES {
+            return Err(Failure::Fault(too_large(metadata.len())));
+        }
+        let mut bytes = Vec::with_capacity(metadata.len() as usize);
+        File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > MAX_FILE_BYTES {
+            return Err(Failure::Fault(too_large(bytes.len() as u64)));
+        }
+        self.hasher.update(&(bytes.len() as u64).to_le_bytes());
+        self.hasher.update(&bytes);
+        Ok(bytes)
+    }
+}
+
+enum Failure {
+    System(io::Error),
+    Fault(MeshFault),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::System(error)
+    }
+}
+
+/// The last part of a path, for messages.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
