@@ -5,7 +5,7 @@
 mod render_furnished;
 mod render_scenes;
 
-use render_scenes::{block, checks, cluttered, look_at, placed, scene_of};
+use render_scenes::{ball, block, checks, cluttered, look_at, placed, scene_of};
 use std::io::Write;
 use vantage_dataset::Camera;
 use vantage_sim::render::choice::{RendererChoice, open};
@@ -233,6 +233,42 @@ fn more_models_than_the_device_holds_agree() {
     compare_frames(&mut wgpu, &scene, &shots[..3]);
     let again = wgpu.frame(&scene, &shots[0]).unwrap();
     assert!(again == wgpu.frame(&scene, &shots[0]).unwrap(), "the same frame came out differently");
+}
+
+/// A gradient along u and stripes of four texels along v.
+fn striped(side: usize, red: u8) -> Texture {
+    let texel = |i: usize| {
+        let stripe = if (i / side / 4).is_multiple_of(2) { 40 } else { 220 };
+        [red, stripe, (i % side * 255 / side) as u8, 255]
+    };
+    Texture::new((0..side * side).map(texel).collect())
+}
+
+#[test]
+fn textures_of_all_sides_agree() {
+    let Some(mut wgpu) = wgpu() else { return };
+    let place = |i: u32| {
+        let (row, column) = (f64::from(i / 8), f64::from(i % 8));
+        let texture = striped([128, 256, 512][i as usize % 3], (i * 5) as u8);
+        placed(&block([0.05, 0.05, 0.1], texture), [0.15 * row - 0.5, 0.15 * column - 0.5, 0.1], 0.3, i + 1)
+    };
+    let few = scene_of((0..6).map(place).collect());
+    compare_frames(&mut wgpu, &few, &viewpoints()[..2]);
+    let many = scene_of((0..60).map(place).collect());
+    compare_frames(&mut wgpu, &many, &viewpoints()[..3]);
+}
+
+#[test]
+fn large_models_agree() {
+    let Some(mut wgpu) = wgpu() else { return };
+    let balls: Vec<_> = (0..5).map(|i| ball(0.2, 230 + i, striped(512, 40 * i as u8))).collect();
+    assert!(balls.iter().all(|ball| ball.mesh.triangles.len() > 100_000));
+    let place = |i: usize| placed(&balls[i], [0.3 * i as f64 - 0.6, 0.0, 0.2], 0.4, i as u32 + 1);
+    let scene = scene_of((0..balls.len()).map(place).collect());
+    let difference = difference(&mut wgpu, &scene, &viewpoints()[..2]);
+    difference.check();
+    // Triangles smaller than the grid that corners snap to.
+    assert!(difference.depths as f64 <= FAR_SHARE * difference.inner as f64, "depths: {difference:?}");
 }
 
 #[test]
