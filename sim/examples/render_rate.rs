@@ -1,65 +1,208 @@
-//! Pictures per CPU second of both renderers, on a scene of a table, boxes and balls.
+//! Pictures per CPU second of both renderers, on a table set with objects.
 //!
-//! `cargo run --release -p vantage-sim --example render_rate`
+//! `cargo run --release -p vantage-sim --example render_rate` prints the rates;
+//! `... -- hash` prints digests of the pictures; `... -- export FOLDER` writes the scene for other renderers (`sim/benches/peers.sh`), with our picture of it.
 
-#[path = "../tests/render_scenes/mod.rs"]
-mod render_scenes;
+#[path = "../tests/render_furnished/mod.rs"]
+mod render_furnished;
 
-use render_scenes::{cluttered, look_at};
+use render_furnished::{Window, scene, shots, windows};
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
 use std::time::Instant;
+use std::{env, fs};
+use vantage_sim::model::Model;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::wgpu::WgpuRenderer;
-use vantage_sim::render::{RenderError, Renderer, TileShot};
+use vantage_sim::render::{RenderError, RenderScene, Renderer, Shot, Tile};
 
-const FRAMES: usize = 200;
-const TILES: usize = 4000;
+const SHOTS: usize = 48;
+const TILE_SIDE: u32 = 32;
+/// Least CPU time of a measurement.
+const SECONDS: f64 = 1.5;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    rates(&mut ReferenceRenderer::new())?;
-    match WgpuRenderer::new() {
-        Ok(mut renderer) => rates(&mut renderer)?,
-        Err(error @ RenderError::NoAdapter { .. }) => println!("wgpu: skipped, {error}"),
-        Err(error) => return Err(error.into()),
+/// What is rendered.
+struct Task {
+    scene: RenderScene,
+    shots: Vec<Shot>,
+    windows: Vec<Window>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let task = Task::new()?;
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => task.on_both(|task, renderer| task.measure(renderer)),
+        ["hash"] => task.on_both(|task, renderer| task.hash(renderer)),
+        ["export", folder] => task.export(Path::new(folder)),
+        _ => Err("usage: render_rate [hash | export FOLDER]".into()),
     }
-    Ok(())
 }
 
-fn rates(renderer: &mut dyn Renderer) -> Result<(), Box<dyn std::error::Error>> {
-    let info = renderer.info();
-    println!("{} on {} {}", info.renderer, info.adapter, info.driver);
-    let scene = cluttered();
-    let shot = look_at([1.3, -0.7, 0.8], [0.0, 0.0, 0.05]);
-    let tile = |i: usize| TileShot {
-        scene: &scene,
-        shot,
-        center: [100.0 + (i % 40) as f64 * 3.0, 90.0 + (i / 40 % 20) as f64 * 3.0],
-        side: 70.0,
-        target: 1 + (i % 5) as u32,
-    };
-    let tiles: Vec<_> = (0..TILES).map(tile).collect();
-    renderer.frame(&scene, &shot)?;
-    renderer.tiles(&tiles[..100], 32)?;
-    measure("frames of 320x240", FRAMES, || {
-        (0..FRAMES).try_for_each(|_| renderer.frame(&scene, &shot).map(drop))
-    })?;
-    measure("tiles of 32x32", TILES, || renderer.tiles(&tiles, 32).map(drop))
+impl Task {
+    fn new() -> Result<Self, RenderError> {
+        let (scene, shots) = (scene(), shots(SHOTS));
+        let mut renderer = ReferenceRenderer::new();
+        let mut all = Vec::new();
+        for (index, shot) in shots.iter().enumerate() {
+            all.extend(windows(index, &renderer.frame(&scene, shot)?));
+        }
+        Ok(Self { scene, shots, windows: all })
+    }
+
+    fn on_both(
+        &self,
+        work: impl Fn(&Self, &mut dyn Renderer) -> Result<(), Box<dyn Error>>,
+    ) -> Result<(), Box<dyn Error>> {
+        work(self, &mut ReferenceRenderer::new())?;
+        match WgpuRenderer::new() {
+            Ok(mut renderer) => work(self, &mut renderer),
+            Err(error @ RenderError::NoAdapter { .. }) => {
+                eprintln!("wgpu: skipped, {error}");
+                Ok(())
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// One line a kind of picture: renderer, kind, pictures per core-second, pictures per second.
+    fn measure(&self, renderer: &mut dyn Renderer) -> Result<(), Box<dyn Error>> {
+        let name = renderer.info().renderer;
+        rate(&format!("{name} frames"), || {
+            self.shots.iter().try_for_each(|shot| renderer.frame(&self.scene, shot).map(drop))?;
+            Ok(self.shots.len())
+        })?;
+        rate(&format!("{name} crops"), || Ok(self.tiles(renderer)?.len()))
+    }
+
+    fn hash(&self, renderer: &mut dyn Renderer) -> Result<(), Box<dyn Error>> {
+        let (mut frames, mut crops) = (blake3::Hasher::new(), blake3::Hasher::new());
+        for shot in &self.shots {
+            let frame = renderer.frame(&self.scene, shot)?;
+            frames.update(&frame.rgb);
+            frames.update(bytemuck::cast_slice(&frame.depth));
+            frames.update(bytemuck::cast_slice(&frame.ids));
+        }
+        for tile in self.tiles(renderer)? {
+            crops.update(&tile.rgb);
+            crops.update(bytemuck::cast_slice(&tile.ids));
+            crops.update(&tile.amodal_pixels.to_le_bytes());
+        }
+        let name = renderer.info().renderer;
+        println!("{name} frames {}\n{name} crops {}", frames.finalize(), crops.finalize());
+        Ok(())
+    }
+
+    fn tiles(&self, renderer: &mut dyn Renderer) -> Result<Vec<Tile>, RenderError> {
+        let tiles: Vec<_> = self.windows.iter().map(|window| window.tile(&self.scene, &self.shots)).collect();
+        renderer.tiles(&tiles, TILE_SIDE)
+    }
+
+    fn export(&self, folder: &Path) -> Result<(), Box<dyn Error>> {
+        fs::create_dir_all(folder)?;
+        let mut placements = Vec::new();
+        for (index, placement) in self.scene.placements.iter().enumerate() {
+            let model = &placement.model;
+            fs::write(folder.join(format!("{index}.obj")), wavefront(model)?)?;
+            let side = model.texture.levels[0].len().isqrt() as u32;
+            image::RgbaImage::from_raw(side, side, model.texture.levels[0].as_flattened().to_vec())
+                .ok_or("a texture is square")?
+                .save(folder.join(format!("{index}.png")))?;
+            let pose = &placement.world_from_model;
+            let [x, y, z, w]: [f64; 4] = pose.rotation.coords.into();
+            placements.push(json!({
+                "id": placement.id,
+                "position": <[f64; 3]>::from(pose.translation.vector),
+                "quaternion_wxyz": [w, x, y, z],
+                "triangles": model.mesh.triangles.len(),
+            }));
+        }
+        let tiles = self.tiles(&mut ReferenceRenderer::new())?;
+        let windows: Vec<_> = self.windows.iter().zip(&tiles).map(|(window, tile)| {
+            let seen: BTreeSet<u32> = tile.ids.iter().copied().collect();
+            json!({
+                "shot": window.shot, "center": window.center, "side": window.side, "target": window.target, "seen": seen,
+            })
+        }).collect();
+        let camera = &self.shots[0].camera;
+        let shots: Vec<_> = self
+            .shots
+            .iter()
+            .map(|shot| {
+                let axes = shot.world_from_camera.rotation.to_rotation_matrix();
+                json!({
+                    "position": <[f64; 3]>::from(shot.world_from_camera.translation.vector),
+                    "forward": <[f64; 3]>::from(axes.matrix().column(2).into_owned()),
+                    "up": <[f64; 3]>::from(-axes.matrix().column(1).into_owned()),
+                })
+            })
+            .collect();
+        let light = &self.scene.light;
+        let exported = json!({
+            "width": camera.width, "height": camera.height,
+            "fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy,
+            "tile_side": TILE_SIDE,
+            "light": {
+                "towards": <[f64; 3]>::from(light.direction), "ambient": light.ambient, "diffuse": light.diffuse,
+            },
+            "placements": placements, "shots": shots, "windows": windows,
+        });
+        fs::write(folder.join("scene.json"), serde_json::to_string(&exported)?)?;
+        let frame = ReferenceRenderer::new().frame(&self.scene, &self.shots[0])?;
+        image::save_buffer(
+            folder.join("ours.png"),
+            &frame.rgb,
+            frame.width,
+            frame.height,
+            image::ColorType::Rgb8,
+        )?;
+        Ok(())
+    }
 }
 
-fn measure(
-    what: &str,
-    count: usize,
-    work: impl FnOnce() -> Result<(), RenderError>,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let (cpu, wall) = (cpu_seconds()?, Instant::now());
+/// A mesh as an OBJ file.
+fn wavefront(model: &Model) -> Result<String, std::fmt::Error> {
+    let mesh = &model.mesh;
+    let mut text = String::new();
+    for [x, y, z] in &mesh.positions {
+        writeln!(text, "v {x} {y} {z}")?;
+    }
+    for [u, v] in &mesh.uvs {
+        writeln!(text, "vt {u} {}", 1.0 - v)?;
+    }
+    for [x, y, z] in &mesh.normals {
+        writeln!(text, "vn {x} {y} {z}")?;
+    }
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|index| index + 1);
+        writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}")?;
+    }
+    Ok(text)
+}
+
+/// Repeats work, which says how many pictures it made, and prints its rates.
+fn rate(what: &str, mut work: impl FnMut() -> Result<usize, RenderError>) -> Result<(), Box<dyn Error>> {
     work()?;
-    let (cpu, wall) = (cpu_seconds()? - cpu, wall.elapsed().as_secs_f64());
-    println!("  {what}: {:.0} per core-second, {:.0} per second", count as f64 / cpu, count as f64 / wall);
+    let (start, begun) = (cpu_seconds()?, Instant::now());
+    let mut pictures = 0;
+    let cpu = loop {
+        pictures += work()?;
+        let cpu = cpu_seconds()? - start;
+        if cpu >= SECONDS {
+            break cpu;
+        }
+    };
+    let wall = begun.elapsed().as_secs_f64();
+    println!("{what} {:.1} {:.1}", pictures as f64 / cpu, pictures as f64 / wall);
     Ok(())
 }
 
 /// User and system time of all threads of this process so far, to 10 ms (Linux only).
-fn cpu_seconds() -> Result<f64, Box<dyn std::error::Error>> {
-    let stat = std::fs::read_to_string("/proc/self/stat")?;
+fn cpu_seconds() -> Result<f64, Box<dyn Error>> {
+    let stat = fs::read_to_string("/proc/self/stat")?;
     let (_, after_name) = stat.rsplit_once(')').ok_or("no process name in /proc/self/stat")?;
     let ticks: Result<Vec<u64>, _> = after_name.split_whitespace().skip(11).take(2).map(str::parse).collect();
     Ok(ticks?.iter().sum::<u64>() as f64 / 100.0)

@@ -33,12 +33,6 @@ impl<'a> Catalog<'a> {
         Self { families, meshes, split }
     }
 
-    /// How many different objects there are; `None` if there is no end of them.
-    pub fn len(&self) -> Option<usize> {
-        let meshes = || self.meshes.iter().filter(|mesh| mesh.split == self.split).count();
-        self.families.is_empty().then(meshes)
-    }
-
     /// The first `count` instances, which a seed does not change: each family and each category of meshes in turn,
     /// a category only as long as it has meshes left. Fewer if there are fewer.
     pub fn in_turn(&self, count: usize) -> Vec<Draw<'a>> {

@@ -85,7 +85,7 @@ impl Object {
         let points: Vec<Vector> = hull.iter().map(|&p| Vector::from(p)).collect();
         let volume = f64::from(SharedShape::convex_hull(&points)?.mass_properties(1.0).mass());
         let box_volume = 8.0 * mesh.half_extents().product();
-        if !(volume > LEAST_FILLING * box_volume) {
+        if volume.is_nan() || volume <= LEAST_FILLING * box_volume {
             return None;
         }
         Some(Self {

@@ -4,7 +4,7 @@ use super::super::{Light, NO_OBJECT, RenderScene};
 use super::canvas::{Canvas, NO_FACET};
 use super::raster::{Facet, PlaneRow};
 use super::tables::{LEVEL_STEPS, TABLES, Tables, round_small};
-use crate::texture::{TEXTURE_SIDE, Texture};
+use crate::texture::Texture;
 
 /// Steps of a texel, and of a mip level.
 const STEPS: i32 = 256;
@@ -62,7 +62,7 @@ impl<'a> Shader<'a> {
             let [u, v] = [over_u[axis] - u * nearness[axis], over_v[axis] - v * nearness[axis]];
             u * u + v * v
         };
-        let texels = depth * TEXTURE_SIDE as f32;
+        let texels = depth * band.texture.side() as f32;
         let footprint = along(0).max(along(1)) * (texels * texels);
         let albedo = sample(band.texture, u, v, self.tables.half_log2(footprint));
         let Light { ambient, diffuse, .. } = &self.scene.light;
@@ -100,12 +100,14 @@ fn sample(texture: &Texture, u: f32, v: f32, detail: i32) -> [usize; 3] {
     let coarsest = texture.levels.len() as i32 - 1;
     let detail = detail.clamp(0, coarsest * STEPS);
     let (level, fraction) = ((detail / STEPS) as usize, (detail % STEPS) as u64);
-    let [x, y] = [u, v].map(|along| round_small(along * (TEXTURE_SIDE as i32 * STEPS) as f32));
-    let fine = bilinear(&texture.levels[level], level, x, y);
+    let [x, y] = [u, v].map(|along| round_small(along * (texture.side() as i32 * STEPS) as f32));
+    let bilinear =
+        |level: usize| bilinear(&texture.levels[level], texture.side() >> level, x >> level, y >> level);
+    let fine = bilinear(level);
     let mixed = if fraction == 0 {
         fine
     } else {
-        let coarse = bilinear(&texture.levels[level + 1], level + 1, x, y);
+        let coarse = bilinear(level + 1);
         let rounded = |lanes: u64| ((lanes + HALVES) >> 8) & LANES;
         rounded(fine) * (STEPS as u64 - fraction) + rounded(coarse) * fraction
     };
@@ -116,10 +118,9 @@ fn sample(texture: &Texture, u: f32, v: f32, detail: i32) -> [usize; 3] {
     [channel(0), channel(32), channel(16)]
 }
 
-/// The four texels around a point given in [`STEPS`] of the finest level's texels; 16-bit lanes R, B, G, A in [`STEPS`].
-fn bilinear(texels: &[[u8; 4]], level: usize, x: i32, y: i32) -> u64 {
-    let side = TEXTURE_SIDE >> level;
-    let (x, y) = ((x >> level).wrapping_sub(STEPS / 2), (y >> level).wrapping_sub(STEPS / 2));
+/// The four texels around a point given in [`STEPS`] of a texel; 16-bit lanes R, B, G, A in [`STEPS`].
+fn bilinear(texels: &[[u8; 4]], side: usize, x: i32, y: i32) -> u64 {
+    let (x, y) = (x.wrapping_sub(STEPS / 2), y.wrapping_sub(STEPS / 2));
     let wrap = |texel: i32| texel as usize & (side - 1);
     let (left, right) = (wrap(x >> 8), wrap((x >> 8) + 1));
     let (top, bottom) = (wrap(y >> 8) * side, wrap((y >> 8) + 1) * side);

@@ -3,6 +3,7 @@
 //! Filtering and transfer curves are computed in the shader as the [reference](super::reference) computes them, so that only
 //! rounding and pixels on edges may differ.
 
+mod albedo;
 mod device;
 mod painter;
 mod pipeline;
@@ -38,8 +39,8 @@ impl WgpuRenderer {
     /// Opens a device (the one that `WGPU_ADAPTER_NAME` names, if set) and compiles the shaders.
     pub fn new() -> Result<Self, RenderError> {
         let gpu = Gpu::open()?;
-        let residency = Residency::new(&gpu);
-        let pipelines = Pipelines::new(&gpu, &residency.textures);
+        let pipelines = Pipelines::new(&gpu);
+        let residency = Residency::new(&gpu, &pipelines);
         gpu.check()?;
         Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new(), bounds: Bounds::default() })
     }
@@ -62,7 +63,40 @@ impl Renderer for WgpuRenderer {
 
     fn frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
         shot.check()?;
-        self.gpu.check()?;
+        self.persist(|renderer| renderer.draw_frame(scene, shot))
+    }
+
+    fn tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
+        shots.iter().try_for_each(|shot| shot.window(side).check())?;
+        self.persist(|renderer| renderer.draw_tiles(shots, side))
+    }
+}
+
+/// Tiles that are being drawn.
+#[derive(Debug)]
+struct Atlas<'a> {
+    shots: &'a [TileShot<'a>],
+    side: u32,
+    size: (u32, u32),
+    slot: usize,
+    submission: wgpu::SubmissionIndex,
+}
+
+impl WgpuRenderer {
+    /// Does some work, and if the device failed, once more on a fresh one.
+    fn persist<T>(
+        &mut self,
+        mut work: impl FnMut(&mut Self) -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        let done = self.gpu.check().and_then(|()| work(self));
+        if !matches!(done, Err(RenderError::Device { .. })) {
+            return done;
+        }
+        *self = Self::new()?;
+        work(self)
+    }
+
+    fn draw_frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
         self.bounds.learn(&scene.placements);
         let (width, height) = (shot.camera.width, shot.camera.height);
         self.keep_target((width, height));
@@ -77,10 +111,8 @@ impl Renderer for WgpuRenderer {
         target.read(&self.gpu, 0, submission, |pixels| frame(pixels, scene, width, height))
     }
 
-    fn tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
-        self.gpu.check()?;
+    fn draw_tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
         for shot in shots {
-            shot.window(side).check()?;
             self.bounds.learn(&shot.scene.placements);
         }
         let columns = (ATLAS_SIDE / side.max(1)).max(1);
@@ -100,19 +132,7 @@ impl Renderer for WgpuRenderer {
         }
         Ok(tiles)
     }
-}
 
-/// Tiles that are being drawn.
-#[derive(Debug)]
-struct Atlas<'a> {
-    shots: &'a [TileShot<'a>],
-    side: u32,
-    size: (u32, u32),
-    slot: usize,
-    submission: wgpu::SubmissionIndex,
-}
-
-impl WgpuRenderer {
     fn draw_atlas<'a>(
         &mut self,
         shots: &'a [TileShot<'a>],
@@ -196,7 +216,7 @@ mod tests {
     use vantage_dataset::{Camera, Pose};
 
     #[test]
-    fn a_lost_device_is_an_error() {
+    fn a_lost_device_is_replaced_once() {
         let mut renderer = match WgpuRenderer::new() {
             Err(RenderError::NoAdapter { .. }) => return println!("skipped: no Vulkan adapter"),
             opened => opened.unwrap(),
@@ -205,11 +225,23 @@ mod tests {
         let scene = RenderScene { placements: Vec::new(), light, background: [1, 2, 3] };
         let shot =
             Shot { camera: Camera::with_horizontal_fov(16, 8, 1.0), world_from_camera: Pose::identity() };
-        assert_eq!(renderer.frame(&scene, &shot).unwrap().rgb[..3], [1, 2, 3]);
+        let before = renderer.frame(&scene, &shot).unwrap();
+        assert_eq!(before.rgb[..3], [1, 2, 3]);
         renderer.gpu.device.destroy();
-        for _ in 0..2 {
-            let error = renderer.frame(&scene, &shot).unwrap_err();
-            assert!(matches!(error, RenderError::Device { .. }), "{error}");
-        }
+        assert_eq!(renderer.frame(&scene, &shot).unwrap(), before);
+        let tile = TileShot { scene: &scene, shot, center: [8.0, 4.0], side: 4.0, target: 1 };
+        renderer.gpu.device.destroy();
+        assert_eq!(renderer.tiles(&[tile], 4).unwrap()[0].rgb[..3], [1, 2, 3]);
+
+        let mut attempts = 0;
+        let doomed = renderer.persist(|renderer| {
+            attempts += 1;
+            renderer.gpu.device.destroy();
+            renderer.draw_frame(&scene, &shot)
+        });
+        let error = doomed.unwrap_err();
+        assert!(matches!(error, RenderError::Device { .. }), "{error}");
+        assert_eq!(attempts, 2);
+        assert_eq!(renderer.frame(&scene, &shot).unwrap(), before);
     }
 }

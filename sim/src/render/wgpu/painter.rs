@@ -59,7 +59,7 @@ impl<'a> Painter<'a> {
             Some(resident) => resident,
             None => {
                 self.flush();
-                self.residency.clear();
+                self.residency.clear(self.gpu, self.pipelines, &placement.model);
                 let placed = self.residency.place(self.gpu, &placement.model);
                 placed.ok_or_else(|| self.gpu.failed("a mesh is too large for it"))?
             }
@@ -93,11 +93,11 @@ impl<'a> Painter<'a> {
         self.gpu.queue.write_buffer(&self.pipelines.items, 0, bytemuck::cast_slice(&self.items));
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut pass = self.target.pass(&mut encoder, self.fresh);
-        pass.set_bind_group(0, &self.pipelines.textures, &[]);
         pass.set_vertex_buffer(0, self.residency.vertices.slice(..));
         pass.set_index_buffer(self.residency.indices.slice(..), wgpu::IndexFormat::Uint32);
         let mut viewport = None;
         let mut marking = None;
+        let mut albedo = None;
         for (index, call) in (0..).zip(&self.calls) {
             pass.set_bind_group(1, &self.pipelines.item, &[index * ITEM_STRIDE]);
             if marking != Some(call.marking) {
@@ -112,6 +112,10 @@ impl<'a> Painter<'a> {
                 pass.set_scissor_rect(column, row, width, height);
             }
             let resident = &call.resident;
+            if albedo != Some(resident.albedo) {
+                albedo = Some(resident.albedo);
+                pass.set_bind_group(0, &self.residency.albedos[resident.albedo].bind_group, &[]);
+            }
             pass.draw_indexed(resident.indices.clone(), resident.first_vertex as i32, 0..1);
         }
         drop(pass);

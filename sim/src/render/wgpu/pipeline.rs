@@ -49,14 +49,15 @@ pub(super) struct Pipelines {
     pub marking: wgpu::RenderPipeline,
     /// Leaves marks alone.
     pub plain: wgpu::RenderPipeline,
-    pub textures: wgpu::BindGroup,
+    texture_layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
     /// With a dynamic offset in `items`.
     pub item: wgpu::BindGroup,
     pub items: wgpu::Buffer,
 }
 
 impl Pipelines {
-    pub fn new(gpu: &Gpu, textures: &wgpu::Texture) -> Self {
+    pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
         let items = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("items"),
@@ -72,10 +73,6 @@ impl Pipelines {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        let array = textures.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        });
         let [texture_layout, item_layout] = layouts(device);
         let shader = device.create_shader_module(wgpu::include_wgsl!("shade.wgsl"));
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -86,14 +83,8 @@ impl Pipelines {
         Self {
             marking: pipeline(device, &layout, &shader, wgpu::ColorWrites::ALL),
             plain: pipeline(device, &layout, &shader, wgpu::ColorWrites::COLOR),
-            textures: device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("textures"),
-                layout: &texture_layout,
-                entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&array) },
-                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
-                ],
-            }),
+            texture_layout,
+            sampler,
             item: device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("item"),
                 layout: &item_layout,
@@ -108,6 +99,23 @@ impl Pipelines {
             }),
             items,
         }
+    }
+
+    /// A group for [`Pipelines`] to sample an array of textures.
+    pub fn bind_textures(&self, gpu: &Gpu, array: &wgpu::Texture) -> wgpu::BindGroup {
+        let array = array.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("textures"),
+            layout: &self.texture_layout,
+            entries: &[
+                entry(0, wgpu::BindingResource::TextureView(&array)),
+                entry(1, wgpu::BindingResource::Sampler(&self.sampler)),
+            ],
+        })
     }
 }
 

@@ -1,32 +1,36 @@
 //! The models that are on the device.
 
+use super::albedo::Albedo;
 use super::device::Gpu;
-use super::pipeline::Vertex;
+use super::pipeline::{Pipelines, Vertex};
 use crate::model::Model;
 use crate::texture::TEXTURE_SIDE;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Models that fit at once: the number of texture layers that every device has.
-const LAYERS: u32 = 256;
+/// At first.
 const VERTICES: u32 = 1 << 18;
+/// At first.
 const INDICES: u32 = 1 << 20;
 
 /// Where a model lies on the device.
 #[derive(Clone, Debug)]
 pub(super) struct Resident {
+    /// Which of [`Residency::albedos`], and which of its layers.
+    pub albedo: usize,
     pub layer: u32,
     pub first_vertex: u32,
     pub indices: Range<u32>,
 }
 
-/// Meshes in two buffers and textures in an array, filled up and then emptied as a whole.
+/// Meshes in two buffers and textures in an array a size, filled up and then emptied as a whole.
 #[derive(Debug)]
 pub(super) struct Residency {
     pub vertices: wgpu::Buffer,
     pub indices: wgpu::Buffer,
-    pub textures: wgpu::Texture,
+    /// Of [`TEXTURE_SIDE`], of twice and of four times as much.
+    pub albedos: [Albedo; 3],
     used_vertices: u32,
     used_indices: u32,
     /// By address, which the kept handle reserves.
@@ -34,22 +38,11 @@ pub(super) struct Residency {
 }
 
 impl Residency {
-    pub fn new(gpu: &Gpu) -> Self {
-        let side = TEXTURE_SIDE as u32;
-        let textures = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("albedo"),
-            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: LAYERS },
-            mip_level_count: side.ilog2() + 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba8Unorm,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines) -> Self {
         Self {
             vertices: vertex_buffer(gpu, VERTICES),
             indices: index_buffer(gpu, INDICES),
-            textures,
+            albedos: [0, 1, 2].map(|doublings| Albedo::new(gpu, pipelines, TEXTURE_SIDE << doublings)),
             used_vertices: 0,
             used_indices: 0,
             models: HashMap::new(),
@@ -62,44 +55,50 @@ impl Residency {
         if let Some((_, resident)) = self.models.get(&address) {
             return Some(resident.clone());
         }
-        let vertices = model.mesh.positions.len() as u32;
-        let indices = 3 * model.mesh.triangles.len() as u32;
-        if self.models.is_empty() {
-            self.grow(gpu, vertices, indices);
-        }
-        let fits = self.models.len() < LAYERS as usize
-            && u64::from(self.used_vertices) + u64::from(vertices)
-                <= capacity(&self.vertices, size_of::<Vertex>())
-            && u64::from(self.used_indices) + u64::from(indices) <= capacity(&self.indices, size_of::<u32>());
-        if !fits {
+        let (vertices, indices) = sizes(model);
+        let end_of_vertices = self.used_vertices.checked_add(vertices)?;
+        let end_of_indices = self.used_indices.checked_add(indices)?;
+        if u64::from(end_of_vertices) > capacity(&self.vertices, size_of::<Vertex>())
+            || u64::from(end_of_indices) > capacity(&self.indices, size_of::<u32>())
+        {
             return None;
         }
+        let albedo = albedo_of(model);
         let resident = Resident {
-            layer: self.models.len() as u32,
+            albedo,
+            layer: self.albedos[albedo].place(gpu, &model.texture)?,
             first_vertex: self.used_vertices,
-            indices: self.used_indices..self.used_indices + indices,
+            indices: self.used_indices..end_of_indices,
         };
         self.upload(gpu, model, &resident);
-        self.used_vertices += vertices;
-        self.used_indices += indices;
+        self.used_vertices = end_of_vertices;
+        self.used_indices = end_of_indices;
         self.models.insert(address, (Arc::clone(model), resident.clone()));
         Some(resident)
     }
 
-    /// Forgets all models.
-    pub fn clear(&mut self) {
+    /// Forgets all models, after one did not fit, and makes more room for as many and that one.
+    pub fn clear(&mut self, gpu: &Gpu, pipelines: &Pipelines, misfit: &Model) {
+        let (vertices, indices) = sizes(misfit);
+        let limit = gpu.device.limits().max_buffer_size;
+        let grown = |buffer: &wgpu::Buffer, element: usize, used: u32, wanted: u32| {
+            let needed = u64::from(used) + u64::from(wanted);
+            let room = capacity(buffer, element);
+            let most = (limit / element as u64).min(u64::from(u32::MAX));
+            (needed > room && room < most).then(|| needed.next_power_of_two().min(most) as u32)
+        };
+        if let Some(count) = grown(&self.vertices, size_of::<Vertex>(), self.used_vertices, vertices) {
+            self.vertices = vertex_buffer(gpu, count);
+        }
+        if let Some(count) = grown(&self.indices, size_of::<u32>(), self.used_indices, indices) {
+            self.indices = index_buffer(gpu, count);
+        }
+        for (index, albedo) in self.albedos.iter_mut().enumerate() {
+            albedo.clear(gpu, pipelines, index == albedo_of(misfit));
+        }
         self.models.clear();
         self.used_vertices = 0;
         self.used_indices = 0;
-    }
-
-    fn grow(&mut self, gpu: &Gpu, vertices: u32, indices: u32) {
-        if u64::from(vertices) > capacity(&self.vertices, size_of::<Vertex>()) {
-            self.vertices = vertex_buffer(gpu, vertices);
-        }
-        if u64::from(indices) > capacity(&self.indices, size_of::<u32>()) {
-            self.indices = index_buffer(gpu, indices);
-        }
     }
 
     fn upload(&self, gpu: &Gpu, model: &Model, resident: &Resident) {
@@ -111,25 +110,16 @@ impl Residency {
         let index_offset = u64::from(resident.indices.start) * size_of::<u32>() as u64;
         gpu.queue.write_buffer(&self.vertices, vertex_offset, bytemuck::cast_slice(&vertices));
         gpu.queue.write_buffer(&self.indices, index_offset, bytemuck::cast_slice(&mesh.triangles));
-        for (level, texels) in model.texture.levels.iter().enumerate() {
-            let side = (TEXTURE_SIDE >> level) as u32;
-            gpu.queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture: &self.textures,
-                    mip_level: level as u32,
-                    origin: wgpu::Origin3d { x: 0, y: 0, z: resident.layer },
-                    aspect: wgpu::TextureAspect::All,
-                },
-                bytemuck::cast_slice(texels),
-                wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(4 * side),
-                    rows_per_image: Some(side),
-                },
-                wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
-            );
-        }
     }
+}
+
+/// Vertices and indices.
+fn sizes(model: &Model) -> (u32, u32) {
+    (model.mesh.positions.len() as u32, 3 * model.mesh.triangles.len() as u32)
+}
+
+fn albedo_of(model: &Model) -> usize {
+    (model.texture.side() / TEXTURE_SIDE).ilog2() as usize
 }
 
 fn capacity(buffer: &wgpu::Buffer, element: usize) -> u64 {
