@@ -6,7 +6,7 @@ use std::sync::Arc;
 use vantage_dataset::{Camera, Pose, Seed, Split};
 use vantage_sim::mesh::Mesh;
 use vantage_sim::model::Model;
-use vantage_sim::object::{Catalog, Family};
+use vantage_sim::object::{Family, Object};
 use vantage_sim::render::{Frame, Light, NO_OBJECT, Placement, RenderScene, Shot, TileShot};
 use vantage_sim::texture::{TEXTURE_SIDE, Texture};
 
@@ -37,11 +37,11 @@ pub struct Window {
 /// The table, with the objects' ids counted from 1.
 pub fn scene() -> RenderScene {
     let seed = Seed(7);
-    let objects = Catalog::new(Family::ALL.to_vec(), Split::Train, seed, COLUMNS * ROWS);
     let table = Placement { model: table(), world_from_model: Pose::identity(), id: NO_OBJECT };
-    let standing = (0..objects.len()).map(|i| {
+    let standing = (0..COLUMNS * ROWS).map(|i| {
         let mut stream = seed.stream("benchmark/layout", i as u64);
-        let object = objects.object(i);
+        let family = Family::ALL[i % Family::ALL.len()];
+        let object = Object::generate(family, Split::Train, seed, (i / Family::ALL.len()) as u64);
         let mut place = |index: usize, count: usize| {
             SPACING * ((index as f64 - (count - 1) as f64 / 2.0) + stream.uniform(-0.1, 0.1))
         };
