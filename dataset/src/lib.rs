@@ -13,6 +13,7 @@ pub mod capture;
 pub mod crop;
 pub mod episode;
 pub mod instance;
+pub mod layout;
 pub mod sample;
 pub mod se3;
 pub mod seed;

@@ -23,7 +23,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    pub(super) fn new(
+    pub(crate) fn new(
         file: &str,
         line: Option<u64>,
         field: impl Into<String>,
@@ -105,6 +105,23 @@ pub enum StoreError {
         /// What is wrong with it.
         fault: Box<Fault>,
     },
+    /// The folder holds what no version of this program wrote; it was left as it is.
+    #[error("{} holds other files than a dataset written here; choose an empty or a new folder", folder.display())]
+    Foreign {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A dataset that was begun, or written, with other options or from other inputs.
+    #[error(
+        "{}/{fault}; run with those options again to go on, or choose another folder",
+        folder.display()
+    )]
+    Differs {
+        /// The folder.
+        folder: PathBuf,
+        /// What differs: what was asked for now, and what the dataset was begun with.
+        fault: Box<Fault>,
+    },
     /// The inputs of a stage cannot be put into a cache key.
     #[error("no cache key for stage {stage:?}: {reason}; mend the program that names the stage")]
     Key {
@@ -116,9 +133,10 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// The exit code a program should end with: 5 stored data invalid, 6 cannot write, 70 a bug.
+    /// The exit code a program should end with: 2 a wrong choice of folder or options, 5 stored data invalid, 6 cannot write, 70 a bug.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Foreign { .. } | Self::Differs { .. } => 2,
             Self::Write { .. } => 6,
             Self::Read { .. }
             | Self::Unfinished { .. }
@@ -129,22 +147,22 @@ impl StoreError {
         }
     }
 
-    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| Self::Write { path, source }
     }
 
-    pub(super) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub(crate) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| Self::Read { path, source }
     }
 
-    pub(super) fn invalid(folder: &Path) -> impl FnOnce(Fault) -> Self {
+    pub(crate) fn invalid(folder: &Path) -> impl FnOnce(Fault) -> Self {
         let folder = folder.to_owned();
         |fault| Self::Invalid { folder, fault: Box::new(fault) }
     }
 
-    pub(super) fn unfit(folder: &Path) -> impl FnOnce(Fault) -> Self {
+    pub(crate) fn unfit(folder: &Path) -> impl FnOnce(Fault) -> Self {
         let folder = folder.to_owned();
         |fault| Self::Unfit { folder, fault: Box::new(fault) }
     }

@@ -9,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 const BUFFER: usize = 1 << 16;
 
 /// A stream that hashes and counts the bytes that pass.
-pub(super) struct Hashing<F> {
+pub(crate) struct Hashing<F> {
     inner: F,
     hasher: blake3::Hasher,
     bytes: u64,
@@ -53,7 +53,7 @@ impl<F: Read> Read for Hashing<F> {
 /// Where a file's bytes go.
 pub(super) type Sink = BufWriter<Hashing<File>>;
 /// Where a file's bytes come from.
-pub(super) type Source = BufReader<Hashing<File>>;
+pub(crate) type Source = BufReader<Hashing<File>>;
 
 /// Writes `path` with `fill`, to disk and not just to the system's buffers.
 pub(super) fn write_hashed(
@@ -73,7 +73,7 @@ pub(super) fn write_hashed(
 /// Parses `folder/name` in one pass and proves that the bytes parsed are those of `record`.
 ///
 /// Damage is told before what the parser makes of the damaged bytes.
-pub(super) fn read_verified<T>(
+pub(crate) fn read_verified<T>(
     folder: &Path,
     name: &str,
     record: &FileRecord,
@@ -97,7 +97,7 @@ pub(super) fn read_verified<T>(
 }
 
 /// Hashes a file that somebody else wrote, and sees it to disk.
-pub(super) fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
+pub(crate) fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
     let mut source = Hashing::new(File::open(path).map_err(StoreError::read(path))?);
     let mut buffer = vec![0; BUFFER];
     while source.read(&mut buffer).map_err(StoreError::read(path))? > 0 {}
@@ -130,7 +130,7 @@ fn regular_file(folder: &Path, name: &str) -> Result<PathBuf, StoreError> {
 }
 
 /// Refuses a file name that could lead out of its folder.
-pub(super) fn inside(name: &str) -> Result<(), Fault> {
+pub(crate) fn inside(name: &str) -> Result<(), Fault> {
     let plain = !name.is_empty()
         && !name.contains(['\\', ':', '\0', char::REPLACEMENT_CHARACTER])
         && name.split('/').all(|part| !part.is_empty())
@@ -140,7 +140,7 @@ pub(super) fn inside(name: &str) -> Result<(), Fault> {
 }
 
 /// Puts `bytes` at `path` whole or not at all: temporary file, fsync, rename, fsync of the folder.
-pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".tmp");
     let temporary = PathBuf::from(temporary);
@@ -150,17 +150,17 @@ pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
 }
 
 /// Makes the names in a folder outlive a power cut.
-pub(super) fn sync_folder(folder: &Path) -> Result<(), StoreError> {
+pub(crate) fn sync_folder(folder: &Path) -> Result<(), StoreError> {
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(StoreError::write(folder))
 }
 
 /// Makes a folder and its parents.
-pub(super) fn make_folder(folder: &Path) -> Result<(), StoreError> {
+pub(crate) fn make_folder(folder: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(folder).map_err(StoreError::write(folder))
 }
 
 /// Removes a file if it is there.
-pub(super) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
+pub(crate) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(source) if source.kind() != ErrorKind::NotFound => Err(StoreError::write(path)(source)),
         _ => Ok(()),

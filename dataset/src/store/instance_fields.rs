@@ -7,11 +7,11 @@ pub(super) const INSTANCE_ID: &str = "16 hexadecimal digits";
 /// What [`parse_symmetry`] reads.
 pub(super) const SYMMETRY: &str = "none, revolution, or cyclic_ and an order up to 255";
 
-pub(super) fn show_id(id: InstanceId) -> String {
+pub(crate) fn show_id(id: InstanceId) -> String {
     format!("{:016x}", id.0)
 }
 
-pub(super) fn parse_id(text: &str) -> Option<InstanceId> {
+pub(crate) fn parse_id(text: &str) -> Option<InstanceId> {
     let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
     digits.then(|| u64::from_str_radix(text, 16).ok().map(InstanceId))?
 }

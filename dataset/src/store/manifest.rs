@@ -180,14 +180,14 @@ pub(super) fn verify_files(folder: &Path, files: &BTreeMap<String, FileRecord>) 
 }
 
 /// Writes a manifest as indented JSON, whole or not at all.
-pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
     let mut text = serde_json::to_vec_pretty(value).map_err(|e| StoreError::write(path)(e.into()))?;
     text.push(b'\n');
     write_whole(path, &text)
 }
 
 /// Reads a manifest, and tells one of a newer format from one that is broken.
-pub(super) fn read_json<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<T, StoreError> {
+pub(crate) fn read_json<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<T, StoreError> {
     let path = folder.join(name);
     let text = read_small(&path, LIMIT)?;
     let broken = |e: serde_json::Error| {

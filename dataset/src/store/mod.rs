@@ -29,7 +29,13 @@ pub use cache::{Cache, Entry, Key, Origin, Waiting};
 pub use episode::{read_episode, read_observations, read_truth, write_episode};
 pub use error::{Fault, StoreError};
 pub use g2o::write_g2o;
+pub(crate) use hashed_file::{
+    hash_and_sync, inside, make_folder, read_verified, remove_if_there, sync_folder, write_whole,
+};
+pub(crate) use instance_fields::{parse_id, show_id};
 pub use manifest::{Content, FileRecord, Manifest, Provenance, read_manifest, verify};
+pub(crate) use manifest::{read_json, write_json};
+pub(crate) use pose_fields::to_fields;
 pub use tum::write_tum;
 pub use views::{read_views, write_views};
 
