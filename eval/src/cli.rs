@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
+use vantage_dataset::Split;
 use vantage_sim::render::choice::RendererChoice as Renderers;
 
 /// Benchmark for SLAM with learned, viewpoint-dependent object semantics.
@@ -77,8 +78,11 @@ pub struct DatasetArgs {
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
     /// Seeds 0 to N - 1 instead of those of the scene.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub seeds: Option<u64>,
+    /// Which of the disjoint sets of instances the objects are drawn from.
+    #[arg(long, value_enum, default_value_t)]
+    pub split: SplitChoice,
 }
 
 /// `bench look SCENE`: the scene as one picture.
@@ -143,6 +147,37 @@ pub enum DatasetFormat {
     Tum,
     /// `g2o/<seed>.g2o`: odometry as a pose graph, for GTSAM and g2o.
     G2o,
+    /// `webdataset/`: crops with poses and labels in tar shards.
+    Webdataset,
+    /// `parquet/`: the same as a Hugging Face image dataset.
+    Parquet,
+    /// `bop/`: images, depth, masks, poses and meshes in the layout of the BOP challenge.
+    Bop,
+    /// `bop-webdataset/`: the same in the tar shards that BOP defines.
+    BopWebdataset,
+}
+
+/// A set of instances; no two share one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SplitChoice {
+    /// To train on.
+    Train,
+    /// To tune on.
+    Validation,
+    /// That which is scored.
+    #[default]
+    Test,
+}
+
+impl From<SplitChoice> for Split {
+    fn from(choice: SplitChoice) -> Self {
+        match choice {
+            SplitChoice::Train => Split::Train,
+            SplitChoice::Validation => Split::Validation,
+            SplitChoice::Test => Split::Test,
+        }
+    }
 }
 
 /// What renders.

@@ -141,10 +141,7 @@ impl<'a> Annotation<'a> {
     /// pixels.
     pub(super) fn coco(&self, image: u32, first: usize, width: u32, height: u32) -> Vec<Value> {
         let objects = self.poses.iter().zip(&self.infos).zip(self.masks.iter().zip(&self.visible_masks));
-        let entry = |(i, ((pose, info), (mask, visible))): (
-            usize,
-            ((&ObjectPose, &ObjectInfo), (&&[bool], &Vec<bool>)),
-        )| {
+        let entries = objects.enumerate().map(|(i, ((pose, info), (mask, visible)))| {
             let [x, y, w, h] = pixel_box(mask, width).or_else(|| pixel_box(visible, width)).unwrap_or([0; 4]);
             json!({
                 "id": first + i,
@@ -158,8 +155,8 @@ impl<'a> Annotation<'a> {
                 "height": height,
                 "ignore": info.visib_fract < 0.1,
             })
-        };
-        objects.enumerate().map(entry).collect()
+        });
+        entries.collect()
     }
 }
 

@@ -116,6 +116,7 @@ impl Rectangles {
                 ),
                 size: 0.5,
                 symmetry: symmetries[k],
+                extents: None,
             })
             .collect();
         let captures = (0..images)

@@ -1,0 +1,59 @@
+//! `vantage`: whole episodes in our own layout, one folder a seed.
+
+use super::{Format, Index, Need};
+use crate::exit::BenchError;
+use crate::output::{OutputError, OutputFolder};
+use std::fs;
+use std::path::Path;
+use vantage_dataset::store::{Provenance, StoreError, verify, write_episode};
+use vantage_dataset::{Episode, Seed};
+
+/// Folders of episodes.
+pub struct Episodes<'a> {
+    out: &'a OutputFolder,
+    provenance: Provenance,
+}
+
+impl<'a> Episodes<'a> {
+    /// Below `out`.
+    pub fn new(out: &'a OutputFolder, provenance: Provenance) -> Self {
+        Self { out, provenance }
+    }
+}
+
+impl Format for Episodes<'_> {
+    fn need(&mut self, seed: Seed, _: &Index) -> Result<Need, BenchError> {
+        let folder = self.out.path().join(seed.0.to_string());
+        match verify(&folder) {
+            Ok(manifest) if manifest.provenance == self.provenance => Ok(Need::Nothing),
+            Err(error @ StoreError::Newer { .. }) => Err(error.into()),
+            _ if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
+            _ => Ok(Need::Episode),
+        }
+    }
+
+    fn episode(&mut self, episode: &Episode) -> Result<(), BenchError> {
+        let seed = episode.observations.seed.0;
+        let folder = self.out.path().join(seed.to_string());
+        let partial = self.out.path().join(format!("{seed}.partial"));
+        let cannot = |source| OutputError { path: folder.clone(), source };
+        remove(&partial).map_err(cannot)?;
+        write_episode(&partial, episode, self.provenance.clone())?;
+        remove(&folder).map_err(cannot)?;
+        fs::rename(&partial, &folder).map_err(cannot)?;
+        Ok(())
+    }
+}
+
+/// Whether a folder has something in it, and not what every episode has.
+fn is_foreign(folder: &Path) -> bool {
+    let holds_any = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    holds_any && !folder.join("odometry.csv").exists() || folder.is_file()
+}
+
+fn remove(folder: &Path) -> std::io::Result<()> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}

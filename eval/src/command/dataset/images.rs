@@ -1,0 +1,130 @@
+//! `bop` and `bop-webdataset`: whole images with the poses and masks of objects, and their meshes.
+
+use super::{Format, Index, Need};
+use crate::exit::BenchError;
+use crate::progress::Progress;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use vantage_dataset::layout::{BopLayout, BopOptions, BopWriter, ObjectModel, Opened, Scene, Texture};
+use vantage_dataset::store::Provenance;
+use vantage_dataset::{Capture, InstanceId, ObjectTruth, Seed, Split};
+use vantage_sim::object::Object;
+use vantage_sim::rollout::Rollout;
+use vantage_sim::scene::CheckedScene;
+
+/// A dataset of images.
+pub struct Images {
+    /// None where it was finished before.
+    writer: Option<BopWriter>,
+    split: Split,
+    /// Images still to come that are there already.
+    skip: u64,
+    ids: BTreeMap<InstanceId, u32>,
+    licences: BTreeMap<InstanceId, String>,
+    /// Number and objects of the episode under way.
+    scene: u32,
+    objects: Vec<ObjectTruth>,
+}
+
+impl Images {
+    /// Opens the folder.
+    pub fn open(
+        root: &Path,
+        layout: BopLayout,
+        name: &str,
+        scene: &CheckedScene,
+        split: Split,
+        provenance: &Provenance,
+        progress: &Progress,
+    ) -> Result<Self, BenchError> {
+        let camera = scene.sensors().camera.intrinsics();
+        let options = BopOptions { layout, name: name.to_owned(), camera };
+        let (writer, skip) = match BopWriter::open(root, options, provenance.clone())? {
+            Opened::Finished(_) => (None, 0),
+            Opened::Unfinished { writer, skip, damage } => {
+                if let Some(damage) = damage {
+                    progress.note(&format!("warning: {damage}; it is written anew"));
+                }
+                (Some(writer), skip)
+            }
+        };
+        let ids = writer.as_ref().map(BopWriter::ids).unwrap_or_default();
+        let licences = licences(scene);
+        Ok(Self { writer, split, skip, ids, licences, scene: 0, objects: Vec::new() })
+    }
+}
+
+impl Format for Images {
+    fn need(&mut self, seed: Seed, index: &Index) -> Result<Need, BenchError> {
+        if self.writer.is_none() {
+            return Ok(Need::Nothing);
+        }
+        match index.get(seed) {
+            Some(counts) if counts.images <= self.skip => {
+                self.skip -= counts.images;
+                Ok(Need::Nothing)
+            }
+            _ => Ok(Need::Captures),
+        }
+    }
+
+    fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        self.scene = u32::try_from(rollout.seed.0).unwrap_or(u32::MAX);
+        self.objects = rollout.world.truth();
+        for object in &rollout.world.objects {
+            let next = self.ids.len() as u32 + 1;
+            let id = *self.ids.entry(object.id).or_insert(next);
+            writer.add_model(object.id, id, &model(object, self.licences.get(&object.id)))?;
+        }
+        Ok(())
+    }
+
+    fn image(&mut self, step: usize, capture: &Capture) -> Result<(), BenchError> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        if self.skip > 0 {
+            self.skip -= 1;
+            return Ok(());
+        }
+        let scene = Scene { id: self.scene, split: self.split, objects: &self.objects, ids: &self.ids };
+        Ok(writer.push(&scene, step as u32, capture)?)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), BenchError> {
+        if let Some(writer) = self.writer {
+            writer.finish()?;
+        }
+        Ok(())
+    }
+}
+
+fn model(object: &Object, licence: Option<&String>) -> ObjectModel {
+    let mesh = &object.model.mesh;
+    let texels = &object.model.texture.levels[0];
+    let side = texels.len().isqrt() as u32;
+    ObjectModel {
+        positions: mesh.positions.clone(),
+        normals: mesh.normals.clone(),
+        uvs: mesh.uvs.clone(),
+        triangles: mesh.triangles.clone(),
+        texture: Some(Texture {
+            width: side,
+            height: side,
+            rgba: texels.iter().flatten().copied().collect(),
+        }),
+        symmetry: object.symmetry,
+        licence: licence.cloned(),
+    }
+}
+
+/// The first line of the licence that lies beside each mesh file.
+pub fn licences(scene: &CheckedScene) -> BTreeMap<InstanceId, String> {
+    let meshes = scene.meshes().iter();
+    let licences = meshes.filter_map(|mesh| {
+        let text = fs::read_to_string(mesh.licence.as_ref()?).ok()?;
+        let line = text.lines().map(str::trim).find(|line| !line.is_empty())?;
+        Some((mesh.object.id, line.replace(char::is_control, " ")))
+    });
+    licences.collect()
+}

@@ -1,0 +1,230 @@
+//! `bench dataset SCENE --out DIR`: episodes as files, one image at a time in memory.
+
+mod crops;
+mod episodes;
+mod images;
+mod index;
+mod trajectories;
+
+use crate::cli::{DatasetArgs, DatasetFormat};
+use crate::exit::{BenchError, Exit};
+use crate::output::OutputFolder;
+use crate::pipeline::{SIMULATED, concerns_one_seed};
+use crate::progress::Progress;
+use crate::scene_file::{self, SceneFile};
+use crops::Crops;
+use episodes::Episodes;
+use images::Images;
+use index::Index;
+use std::collections::BTreeMap;
+use std::io::Write;
+use trajectories::Trajectories;
+use vantage_dataset::layout::{BopLayout, CropLayout};
+use vantage_dataset::store::Provenance;
+use vantage_dataset::{Capture, Episode, Seed, Split};
+use vantage_sim::capture::capture;
+use vantage_sim::episode::observe;
+use vantage_sim::render::Renderer;
+use vantage_sim::render::choice::open;
+use vantage_sim::rollout::{Rollout, roll_out};
+use vantage_sim::scene::CheckedScene;
+
+/// The most images in a shard of BOP's WebDataset, which allows a thousand.
+const IMAGES_PER_SHARD: u64 = 500;
+
+/// What a format needs of a seed, each including the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Need {
+    /// It has it already.
+    Nothing,
+    /// The drive.
+    Rollout,
+    /// What the robot observes.
+    Episode,
+    /// Whole images with silhouettes.
+    Captures,
+}
+
+/// A format under way.
+trait Format {
+    /// What it needs of a seed.
+    fn need(&mut self, seed: Seed, index: &Index) -> Result<Need, BenchError>;
+
+    /// Takes the drive of a seed that it needs something of, before the rest.
+    fn begin(&mut self, _rollout: &Rollout) -> Result<(), BenchError> {
+        Ok(())
+    }
+
+    /// Takes an image of the seed that was begun.
+    fn image(&mut self, _step: usize, _capture: &Capture) -> Result<(), BenchError> {
+        Ok(())
+    }
+
+    /// Takes the episode of the seed that was begun.
+    fn episode(&mut self, _episode: &Episode) -> Result<(), BenchError> {
+        Ok(())
+    }
+
+    /// There are no more seeds.
+    fn finish(self: Box<Self>) -> Result<(), BenchError> {
+        Ok(())
+    }
+}
+
+/// Writes every format of every seed below `args.out`. What is there, whole and of this scene, is kept, and what a killed run
+/// left is gone on with. A seed without a world is told of and left out; if none has one, that is the error.
+pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let out = OutputFolder::probe(&args.out)?;
+    let file: SceneFile = scene_file::read(&args.scene)?;
+    let scene = file.checked(&args.scene)?;
+    let progress = Progress::detect();
+    let opened = open(args.renderer.into())?;
+    if let Some(notice) = &opened.notice {
+        progress.note(notice);
+    }
+    let split: Split = args.split.into();
+    let seeds = match args.seeds {
+        Some(count) => (0..count).map(Seed).collect(),
+        None => file.evaluation.seeds.as_slice().to_vec(),
+    };
+    let mut provenance: Provenance = BTreeMap::from([
+        ("scene".to_owned(), file.name.clone().into()),
+        ("scene_hash".to_owned(), scene_file::hash(&(scene.world(), scene.robot(), scene.sensors()))?.into()),
+        ("split".to_owned(), split.name().into()),
+        ("renderer".to_owned(), serde_json::to_value(opened.renderer.info())?),
+        ("code".to_owned(), SIMULATED.into()),
+    ]);
+    if !scene.meshes().is_empty() {
+        provenance.insert("meshes".to_owned(), serde_json::to_value(scene.meshes())?);
+    }
+    let mut of_all = provenance.clone();
+    of_all.insert("seeds".to_owned(), serde_json::to_value(&seeds)?);
+
+    let mut formats: Vec<Box<dyn Format + '_>> = Vec::new();
+    for format in &args.format {
+        let at = |name: &str| out.path().join(name);
+        formats.push(match format {
+            DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone())),
+            DatasetFormat::Tum => Box::new(Trajectories::tum(&out)),
+            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out)),
+            DatasetFormat::Webdataset => {
+                let root = at("webdataset");
+                Box::new(Crops::open(
+                    &root,
+                    CropLayout::WebDataset,
+                    &file.name,
+                    &scene,
+                    split,
+                    &of_all,
+                    &progress,
+                )?)
+            }
+            DatasetFormat::Parquet => {
+                let root = at("parquet");
+                Box::new(Crops::open(
+                    &root,
+                    CropLayout::Parquet,
+                    &file.name,
+                    &scene,
+                    split,
+                    &of_all,
+                    &progress,
+                )?)
+            }
+            DatasetFormat::Bop => {
+                let root = at("bop");
+                Box::new(Images::open(
+                    &root,
+                    BopLayout::Scenes,
+                    &file.name,
+                    &scene,
+                    split,
+                    &of_all,
+                    &progress,
+                )?)
+            }
+            DatasetFormat::BopWebdataset => {
+                let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
+                let root = at("bop-webdataset");
+                Box::new(Images::open(&root, layout, &file.name, &scene, split, &of_all, &progress)?)
+            }
+        });
+    }
+    let mut index = Index::read(&out, of_all);
+    let mut maker = Maker { scene: &scene, split, renderer: opened.renderer };
+    let stage = progress.stage("episodes", seeds.len() as u64);
+    let (mut written, mut kept, mut failure) = (0, 0, None);
+    for seed in seeds {
+        match maker.make(seed, &mut formats, &mut index) {
+            Ok(true) => {
+                written += 1;
+                index.write(&out)?;
+            }
+            Ok(false) => kept += 1,
+            Err(BenchError::Sim(error)) if concerns_one_seed(&error) => {
+                progress.note(&format!("seed {} is left out: {error}", seed.0));
+                failure = Some(error);
+            }
+            Err(error) => return Err(error),
+        }
+        stage.advance(1);
+    }
+    formats.into_iter().try_for_each(Format::finish)?;
+    drop(stage);
+    writeln!(stdout, "{written} episodes written to {}, {kept} already there", out.path().display())?;
+    match failure {
+        Some(error) if written + kept == 0 => Err(error.into()),
+        _ => Ok(Exit::Success),
+    }
+}
+
+struct Maker<'a> {
+    scene: &'a CheckedScene,
+    split: Split,
+    renderer: Box<dyn Renderer>,
+}
+
+impl Maker<'_> {
+    /// Makes what the formats need of a seed; whether they needed anything.
+    fn make(
+        &mut self,
+        seed: Seed,
+        formats: &mut [Box<dyn Format + '_>],
+        index: &mut Index,
+    ) -> Result<bool, BenchError> {
+        let mut active: Vec<(Need, &mut Box<dyn Format + '_>)> = Vec::new();
+        for format in formats {
+            match format.need(seed, index)? {
+                Need::Nothing => {}
+                need => active.push((need, format)),
+            }
+        }
+        let Some(most) = active.iter().map(|(need, _)| *need).max() else { return Ok(false) };
+        let rollout = roll_out(self.scene, seed, self.split, &mut |_| {})?;
+        for (_, format) in &mut active {
+            format.begin(&rollout)?;
+        }
+        if most < Need::Episode {
+            return Ok(true);
+        }
+        let episode = observe(
+            self.scene,
+            &rollout,
+            self.renderer.as_mut(),
+            &mut |_| {},
+            |observer, step, look, renderer| -> Result<(), BenchError> {
+                if most < Need::Captures {
+                    return Ok(());
+                }
+                let image = capture(observer, look, rollout.drive.timestamps[step], renderer)?;
+                let taking = active.iter_mut().filter(|(need, _)| *need == Need::Captures);
+                taking.into_iter().try_for_each(|(_, format)| format.image(step, &image))
+            },
+        )?;
+        index.count(&episode);
+        for (_, format) in active.iter_mut().filter(|(need, _)| *need >= Need::Episode) {
+            format.episode(&episode)?;
+        }
+        Ok(true)
+    }
+}
