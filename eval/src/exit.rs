@@ -180,6 +180,7 @@ impl BenchError {
             BenchError::Scene(_) => Exit::BadInput,
             BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
             BenchError::Store(error) => match error.exit_code() {
+                2 => Exit::BadInput,
                 5 => Exit::StoredDataInvalid,
                 6 => Exit::CannotWrite,
                 _ => Exit::Bug,

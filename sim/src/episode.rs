@@ -5,7 +5,11 @@ use crate::observer::{Look, Observer};
 use crate::render::Renderer;
 use crate::rollout::{Rollout, roll_out};
 use crate::scene::CheckedScene;
+use crate::sensor::close_up::{self, Setting};
 use vantage_dataset::{Episode, Observations, Seed, Split, Truth};
+
+/// What may be done with a look.
+pub type OnLook<'a, E> = dyn FnMut(&Observer<'_>, usize, &Look, &mut dyn Renderer) -> Result<(), E> + 'a;
 
 /// Makes an episode with objects of the given split.
 pub fn simulate(
@@ -16,31 +20,41 @@ pub fn simulate(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Episode, SimError> {
     let rollout = roll_out(scene, seed, split, progress)?;
-    observe(scene, &rollout, renderer, progress, |_, _, _, _| Ok(()))
+    observe::<SimError>(scene, &rollout, renderer, progress, None)
 }
 
 /// Observes a rollout, and hands every look on with its step before it is forgotten.
+///
+/// On a turntable, detections come from tiles that the object fills, whatever is done with the looks.
 pub fn observe<E: From<SimError>>(
     scene: &CheckedScene,
     rollout: &Rollout,
     renderer: &mut dyn Renderer,
     progress: &mut dyn FnMut(Progress),
-    mut each: impl FnMut(&Observer<'_>, usize, &Look, &mut dyn Renderer) -> Result<(), E>,
+    mut each: Option<&mut OnLook<'_, E>>,
 ) -> Result<Episode, E> {
     let mut observer = Observer::new(scene, rollout);
-    let (mut detections, mut detection_truths) = (Vec::new(), Vec::new());
+    let mut seen = if rollout.is_turntable() {
+        let settings: Vec<Setting> = (0..rollout.steps()).map(|step| observer.setting(step)).collect();
+        close_up::detect(scene.sensors(), &observer.targets()[0], &settings, renderer, rollout.seed)?
+    } else {
+        Vec::new()
+    };
+    let whole_images = !rollout.is_turntable() || each.is_some() || scene.sensors().landmarks.is_some();
     let mut landmarks = Vec::new();
-    for step in 0..rollout.steps() {
+    for step in 0..if whole_images { rollout.steps() } else { 0 } {
         let look = observer.look(step, renderer)?;
-        each(&observer, step, &look, renderer)?;
-        for (detection, truth) in look.detections {
-            detections.push(detection);
-            detection_truths.push(truth);
+        if let Some(each) = &mut each {
+            each(&observer, step, &look, renderer)?;
+        }
+        if !rollout.is_turntable() {
+            seen.extend(look.detections);
         }
         landmarks.extend(look.landmarks);
         let total = rollout.steps() as u64;
         progress(Progress { stage: Stage::Observe, done: step as u64 + 1, total });
     }
+    let (detections, detection_truths) = seen.into_iter().unzip();
     Ok(Episode {
         truth: Truth {
             objects: rollout.world.truth(),

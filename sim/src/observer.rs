@@ -4,6 +4,7 @@ use crate::error::SimError;
 use crate::render::{Frame, Light, RenderScene, Renderer, Shot};
 use crate::rollout::Rollout;
 use crate::scene::{CheckedScene, SensorSpec};
+use crate::sensor::close_up::Setting;
 use crate::sensor::crop::Labelled;
 use crate::sensor::detector::{Target, detect};
 use crate::sensor::{fault, image, landmark};
@@ -61,6 +62,13 @@ impl<'a> Observer<'a> {
     /// What can be detected.
     pub fn targets(&self) -> &[Target] {
         &self.targets
+    }
+
+    /// Everything that is drawn at a step, and where from.
+    pub fn setting(&self, step: usize) -> Setting {
+        let scene =
+            RenderScene { light: self.rollout.light(step, &self.light_at_start), ..self.scene.clone() };
+        Setting { scene, shot: self.rollout.shot(step) }
     }
 
     /// Looks. Steps are to be looked at in order, since detections of nothing are counted through.

@@ -71,6 +71,11 @@ impl Rollout {
         self.drive.world_from_robot.len()
     }
 
+    /// Whether one object is turned before cameras that it fills.
+    pub fn is_turntable(&self) -> bool {
+        !self.table_angles.is_empty()
+    }
+
     /// Everything that is drawn, under the episode's light; object `i` has the id `i + 1`.
     pub fn render_scene(&self, scene: &CheckedScene) -> RenderScene {
         let spec = scene.world();

@@ -1,6 +1,11 @@
 //! `bench dataset`: episodes as files, taken up after an interruption, the same bytes as without one.
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+use std::time::Duration;
 use vantage_tests::{Finished, SmallScene, bench};
 
 #[test]
@@ -49,4 +54,83 @@ fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
     let lines_of = |tag: &str| graph.lines().filter(|line| line.starts_with(tag)).count();
     assert_eq!((lines_of("VERTEX_SE3:QUAT "), lines_of("EDGE_SE3:QUAT ")), (steps, steps - 1));
     assert!(graph.lines().filter(|line| line.starts_with("EDGE")).all(|line| line.split(' ').count() == 31));
+}
+
+/// Every file below a folder, by its path in it.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                found.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
+    let scene = SmallScene::new(&[]);
+    let command = |name: &str| {
+        let mut command = bench();
+        command.arg("dataset").arg(scene.path("scene.yaml")).args([
+            "--renderer",
+            "reference",
+            "--seeds",
+            "8",
+        ]);
+        command.args(["--format", "vantage,webdataset,parquet,bop,bop-webdataset", "--out"]);
+        command.arg(scene.path(name));
+        command
+    };
+    Finished::of(&mut command("whole")).expect(0, &[]);
+
+    let mut child = command("killed").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    while !scene.path("killed/episodes.json").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before its first episode was counted");
+        thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!scene.path("killed/parquet/manifest.json").exists(), "the run ended before it was killed");
+    Finished::of(&mut command("killed")).expect(0, &[]);
+
+    let (whole, resumed) = (files(&scene.path("whole")), files(&scene.path("killed")));
+    assert!(whole.keys().eq(resumed.keys()), "{:?} and {:?}", whole.keys(), resumed.keys());
+    for (name, bytes) in &whole {
+        assert!(resumed[name] == *bytes, "{} differs", name.display());
+    }
+    let again = Finished::of(&mut command("whole"));
+    assert!(
+        again.stdout.contains("0 episodes written") && again.stdout.contains("8 already"),
+        "{}",
+        again.stdout
+    );
+}
+
+#[test]
+fn what_is_not_ours_or_of_other_seeds_is_refused() {
+    let scene = SmallScene::new(&[]);
+    let write = |seeds: &str| {
+        let mut command = bench();
+        command.arg("dataset").arg(scene.path("scene.yaml")).args([
+            "--renderer",
+            "reference",
+            "--seeds",
+            seeds,
+        ]);
+        Finished::of(command.args(["--format", "webdataset", "--out"]).arg(scene.path("d")))
+    };
+    fs::create_dir_all(scene.path("d/webdataset")).unwrap();
+    fs::write(scene.path("d/webdataset/thesis.tex"), "years of work").unwrap();
+    write("1").expect(2, &["webdataset"]);
+    assert_eq!(fs::read_to_string(scene.path("d/webdataset/thesis.tex")).unwrap(), "years of work");
+    fs::remove_file(scene.path("d/webdataset/thesis.tex")).unwrap();
+    write("1").expect(0, &[]);
+    write("2").expect(2, &["seeds"]);
 }

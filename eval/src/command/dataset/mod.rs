@@ -23,7 +23,8 @@ use vantage_dataset::layout::{BopLayout, CropLayout};
 use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed, Split};
 use vantage_sim::capture::capture;
-use vantage_sim::episode::observe;
+use vantage_sim::episode::{OnLook, observe};
+use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::Renderer;
 use vantage_sim::render::choice::open;
 use vantage_sim::rollout::{Rollout, roll_out};
@@ -207,20 +208,18 @@ impl Maker<'_> {
         if most < Need::Episode {
             return Ok(true);
         }
-        let episode = observe(
-            self.scene,
-            &rollout,
-            self.renderer.as_mut(),
-            &mut |_| {},
-            |observer, step, look, renderer| -> Result<(), BenchError> {
-                if most < Need::Captures {
-                    return Ok(());
-                }
-                let image = capture(observer, look, rollout.drive.timestamps[step], renderer)?;
-                let taking = active.iter_mut().filter(|(need, _)| *need == Need::Captures);
-                taking.into_iter().try_for_each(|(_, format)| format.image(step, &image))
-            },
-        )?;
+        let mut on_look = |observer: &Observer<'_>,
+                           step: usize,
+                           look: &Look,
+                           renderer: &mut dyn Renderer|
+         -> Result<(), BenchError> {
+            let image = capture(observer, look, rollout.drive.timestamps[step], renderer)?;
+            let mut taking = active.iter_mut().filter(|(need, _)| *need == Need::Captures);
+            taking.try_for_each(|(_, format)| format.image(step, &image))
+        };
+        let each: Option<&mut OnLook<'_, BenchError>> =
+            if most == Need::Captures { Some(&mut on_look) } else { None };
+        let episode = observe(self.scene, &rollout, self.renderer.as_mut(), &mut |_| {}, each)?;
         index.count(&episode);
         for (_, format) in active.iter_mut().filter(|(need, _)| *need >= Need::Episode) {
             format.episode(&episode)?;

@@ -1,0 +1,103 @@
+//! Detections of single objects without whole images: each from a tile that the object fills, as training views are.
+
+use crate::error::SimError;
+use crate::render::{RenderScene, Renderer, Shot, Tile, TileShot};
+use crate::scene::SensorSpec;
+use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
+use crate::sensor::detector::Target;
+use crate::sensor::mask::Mask;
+use crate::sensor::{bounds, fault, image};
+use nalgebra::Vector2;
+use rayon::prelude::*;
+use vantage_dataset::{BoundingBox, Detection, DetectionTruth, Seed};
+
+/// Side of a tile, pixels.
+const TILE_SIDE: u32 = 64;
+/// Tiles a renderer gets in one call.
+const BATCH: usize = 256;
+/// The object's id, and its track.
+const TARGET: (u32, usize) = (1, 0);
+
+/// What is drawn at a step.
+pub struct Setting {
+    /// Everything, the object included.
+    pub scene: RenderScene,
+    /// Where from.
+    pub shot: Shot,
+}
+
+/// Reports the one target at every step at which enough of it is seen; it has the id 1 in every setting. Boxes are as exact as
+/// tiles are, to a 64th of their side.
+pub fn detect(
+    spec: &SensorSpec,
+    target: &Target,
+    settings: &[Setting],
+    renderer: &mut dyn Renderer,
+    seed: Seed,
+) -> Result<Vec<(Detection, DetectionTruth)>, SimError> {
+    let mut seen = Vec::with_capacity(settings.len());
+    for (batch, first) in settings.chunks(BATCH).zip((0..).step_by(BATCH)) {
+        let shots: Vec<TileShot<'_>> = batch.iter().map(|setting| tile_of(target, setting)).collect();
+        let tiles = renderer.tiles(&shots, TILE_SIDE)?;
+        let detections: Vec<Option<(Detection, DetectionTruth)>> = shots
+            .par_iter()
+            .zip(tiles)
+            .enumerate()
+            .map(|(i, (shot, tile))| report(spec, first + i, shot, tile, seed))
+            .collect();
+        seen.extend(detections.into_iter().flatten());
+    }
+    Ok(seen)
+}
+
+fn tile_of<'a>(target: &Target, setting: &'a Setting) -> TileShot<'a> {
+    let camera_from_object = setting.shot.world_from_camera.inv_mul(&target.world_from_object);
+    let bounds = bounds::projected(&setting.shot.camera, &camera_from_object, &target.half_extents);
+    TileShot {
+        scene: &setting.scene,
+        shot: setting.shot,
+        center: bounds.center().into(),
+        side: (MARGIN * bounds.side() + 2.0).max(f64::from(TILE_SIDE)),
+        target: TARGET.0,
+    }
+}
+
+fn report(
+    spec: &SensorSpec,
+    step: usize,
+    shot: &TileShot<'_>,
+    mut tile: Tile,
+    seed: Seed,
+) -> Option<(Detection, DetectionTruth)> {
+    let detector = &spec.detector;
+    let mask = Mask::of(&tile.ids, TILE_SIDE as usize, TARGET.0)?;
+    let scale = shot.side / f64::from(TILE_SIDE);
+    let visible_fraction = (f64::from(mask.pixels) / f64::from(tile.amodal_pixels)).min(1.0);
+    let pixels = f64::from(mask.pixels) * scale * scale;
+    let missed = detector.faults.as_ref().is_some_and(|f| fault::is_missed(f, step, TARGET.1, seed));
+    if missed
+        || visible_fraction < detector.min_visible_fraction
+        || pixels < f64::from(detector.min_mask_pixels)
+    {
+        return None;
+    }
+    if let Some(spec) = &spec.camera.image {
+        image::degrade(spec, &mut tile.rgb, TILE_SIDE as usize, scale, seed, step as u64);
+    }
+    let in_tile = match &detector.faults {
+        Some(faults) => fault::jittered(faults, &mask.bounding_box, fault::number(step, TARGET.1), seed),
+        None => mask.bounding_box,
+    };
+    let corner = Vector2::from(shot.center).add_scalar(-shot.side / 2.0);
+    let drawn = Labelled { width: TILE_SIDE as usize, rgb: &tile.rgb, ids: &tile.ids };
+    let window = Window::around(&in_tile);
+    let detection = Detection {
+        step,
+        track: TARGET.1,
+        bounding_box: BoundingBox { min: corner + in_tile.min * scale, max: corner + in_tile.max * scale },
+        mask_pixels: pixels.round() as u32,
+        masked_crop: cut(&drawn, &window, Some(TARGET.0)),
+        boxed_crop: cut(&drawn, &window, None),
+    };
+    Some((detection, DetectionTruth { visible_fraction }))
+}
