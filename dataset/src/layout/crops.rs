@@ -1,6 +1,6 @@
 //! Labelled crops in shards.
 
-use super::image_file::{Pixels, png};
+use super::image_file::{CompressionType, Pixels, png};
 use super::parquet::{ParquetShard, card};
 use super::shard::{LayoutManifest, Opened, ShardedFolder, TarShard};
 use super::webdataset;
@@ -197,7 +197,7 @@ fn key(sample: &Sample) -> String {
 
 fn encode(sample: Sample) -> io::Result<Row> {
     let side = CROP_SIDE as u32;
-    let png = |crop: &Crop| png(&Pixels::Rgb(&*crop.0), side, side);
+    let png = |crop: &Crop| png(&Pixels::Rgb(&*crop.0), side, side, CompressionType::Fast);
     let (masked, boxed) = (png(&sample.masked_crop)?, png(&sample.boxed_crop)?);
     Ok(Row { key: key(&sample), masked, boxed, sample })
 }

@@ -1,7 +1,8 @@
 //! Images as the bytes of a file.
 
 use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+pub(super) use image::codecs::png::CompressionType;
+use image::codecs::png::{FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder, ImageError};
 use std::io;
 
@@ -20,13 +21,21 @@ pub(super) enum Pixels<'a> {
 }
 
 /// The bytes of a PNG, the same for equal pixels.
-pub(super) fn png(pixels: &Pixels<'_>, width: u32, height: u32) -> io::Result<Vec<u8>> {
+///
+/// `Fast` takes a fifteenth of the time of `Default` for a crop and 7% more bytes, but for masks and depth it takes ten
+/// times the bytes.
+pub(super) fn png(
+    pixels: &Pixels<'_>,
+    width: u32,
+    height: u32,
+    compression: CompressionType,
+) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let filter = match pixels {
         Pixels::Grey(_) => FilterType::NoFilter,
         _ => FilterType::Adaptive,
     };
-    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, filter);
+    let encoder = PngEncoder::new_with_quality(&mut bytes, compression, filter);
     let written = match pixels {
         Pixels::Rgb(rgb) => encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8),
         Pixels::Rgba(rgba) => encoder.write_image(rgba, width, height, ExtendedColorType::Rgba8),

@@ -7,6 +7,9 @@ use crate::{Camera, Capture, CapturedObject, Pose};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+/// Objects that are seen less than this are not counted in BOP's detection scores.
+const IGNORED_BELOW: f64 = 0.1;
+
 /// Entry of `scene_camera.json`.
 #[derive(Serialize)]
 pub(super) struct ImageCamera {
@@ -140,23 +143,24 @@ impl<'a> Annotation<'a> {
     /// The image's objects for `scene_gt_coco.json`, numbered from `first`. Boxes are those of the whole mask, and count
     /// pixels.
     pub(super) fn coco(&self, image: u32, first: usize, width: u32, height: u32) -> Vec<Value> {
-        let objects = self.poses.iter().zip(&self.infos).zip(self.masks.iter().zip(&self.visible_masks));
-        let entries = objects.enumerate().map(|(i, ((pose, info), (mask, visible)))| {
-            let [x, y, w, h] = pixel_box(mask, width).or_else(|| pixel_box(visible, width)).unwrap_or([0; 4]);
+        let entry = |i: usize| {
+            let (mask, visible) = (self.masks[i], &self.visible_masks[i]);
+            let whole = pixel_box(mask, width).or_else(|| pixel_box(visible, width));
+            let [x, y, w, h] = whole.unwrap_or([0; 4]);
             json!({
                 "id": first + i,
                 "image_id": image,
-                "category_id": pose.obj_id,
+                "category_id": self.poses[i].obj_id,
                 "iscrowd": 0,
                 "area": count(visible),
                 "bbox": [x, y, w + 1, h + 1],
                 "segmentation": Rle::encode(visible, width as usize),
                 "width": width,
                 "height": height,
-                "ignore": info.visib_fract < 0.1,
+                "ignore": self.infos[i].visib_fract < IGNORED_BELOW,
             })
-        });
-        entries.collect()
+        };
+        (0..self.poses.len()).map(entry).collect()
     }
 }
 

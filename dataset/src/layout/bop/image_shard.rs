@@ -2,7 +2,7 @@
 
 use super::annotation::Annotation;
 use crate::Capture;
-use crate::layout::image_file::{Pixels, jpeg, png};
+use crate::layout::image_file::{CompressionType, Pixels, jpeg, png};
 use crate::layout::rle::Rle;
 use crate::layout::shard::TarShard;
 use std::collections::BTreeMap;
@@ -27,7 +27,12 @@ impl ImageShard {
     ) -> io::Result<()> {
         let (width, height) = (capture.camera.width, capture.camera.height);
         let ((rgb, depth), (masks, visible)) = rayon::join(
-            || (jpeg(&capture.rgb, width, height), png(&Pixels::Deep(&annotation.depth), width, height)),
+            || {
+                (
+                    jpeg(&capture.rgb, width, height),
+                    png(&Pixels::Deep(&annotation.depth), width, height, CompressionType::Default),
+                )
+            },
             || {
                 let visible = annotation.visible_masks.iter().map(Vec::as_slice);
                 (runs(annotation.masks.iter().copied(), width), runs(visible, width))

@@ -2,7 +2,7 @@
 
 use super::MILLIMETRES;
 use crate::Symmetry;
-use crate::layout::image_file::{Pixels, png};
+use crate::layout::image_file::{CompressionType, Pixels, png};
 use crate::store::Fault;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -95,7 +95,9 @@ impl ObjectModel {
 
     /// The texture's PNG.
     pub(super) fn texture_png(&self) -> io::Result<Option<Vec<u8>>> {
-        let encode = |texture: &Texture| png(&Pixels::Rgba(&texture.rgba), texture.width, texture.height);
+        let encode = |texture: &Texture| {
+            png(&Pixels::Rgba(&texture.rgba), texture.width, texture.height, CompressionType::Default)
+        };
         self.texture.as_ref().map(encode).transpose()
     }
 

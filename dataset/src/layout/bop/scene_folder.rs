@@ -2,7 +2,7 @@
 
 use super::annotation::{Annotation, ImageCamera, ObjectInfo, ObjectPose};
 use crate::Capture;
-use crate::layout::image_file::{Pixels, png};
+use crate::layout::image_file::{CompressionType, Pixels, png};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -71,12 +71,11 @@ impl SceneFolder {
         let masks = annotation.masks.iter().enumerate().map(|(i, mask)| Part::Mask(i, mask));
         let visible = annotation.visible_masks.iter().enumerate().map(|(i, mask)| Part::VisibleMask(i, mask));
         let parts: Vec<_> = [Part::Rgb, Part::Depth].into_iter().chain(masks).chain(visible).collect();
+        let small = |pixels: Pixels<'_>| png(&pixels, width, height, CompressionType::Default);
         parts.par_iter().try_for_each(|part| {
             let (name, bytes) = match part {
-                Part::Rgb => (format!("rgb/{image:06}.png"), png(&Pixels::Rgb(&capture.rgb), width, height)?),
-                Part::Depth => {
-                    (format!("depth/{image:06}.png"), png(&Pixels::Deep(&annotation.depth), width, height)?)
-                }
+                Part::Rgb => (format!("rgb/{image:06}.png"), small(Pixels::Rgb(&capture.rgb))?),
+                Part::Depth => (format!("depth/{image:06}.png"), small(Pixels::Deep(&annotation.depth))?),
                 Part::Mask(i, mask) => {
                     (format!("mask/{image:06}_{i:06}.png"), mask_png(mask, width, height)?)
                 }
@@ -116,7 +115,7 @@ impl SceneFolder {
 
 fn mask_png(mask: &[bool], width: u32, height: u32) -> io::Result<Vec<u8>> {
     let grey: Vec<u8> = mask.iter().map(|&set| if set { u8::MAX } else { 0 }).collect();
-    png(&Pixels::Grey(&grey), width, height)
+    png(&Pixels::Grey(&grey), width, height, CompressionType::Default)
 }
 
 fn write_json(path: &Path, value: &impl Serialize) -> io::Result<()> {

@@ -3,6 +3,9 @@ use crate::store::{StoreError, write_views};
 use nalgebra::Vector3;
 use serde_json::Value;
 
+/// What spoils a record, and what the refusal tells of it.
+type Spoil<T> = (fn(&mut T), &'static str);
+
 fn open(folder: &Path, options: CropOptions) -> Result<Opened<CropWriter>, StoreError> {
     CropWriter::open(folder, options, provenance())
 }
@@ -129,7 +132,7 @@ fn a_full_disk_is_told_with_a_remedy_and_can_be_gone_on_from() {
 
 #[test]
 fn unfit_samples_are_refused_by_name() {
-    let cases: [(fn(&mut Sample), &str); 4] = [
+    let cases: [Spoil<Sample>; 4] = [
         (|s| s.object_from_camera.translation.x = f64::NAN, "finite"),
         (|s| s.visible_fraction = 1.5, "visible_fraction"),
         (|s| s.family = "two\nlines".to_owned(), "family"),
@@ -155,7 +158,7 @@ fn unfit_samples_are_refused_by_name() {
 #[test]
 fn unfit_captures_are_refused_by_name() {
     let scene = &scenes()[0];
-    let cases: [(fn(&mut Capture), &str); 6] = [
+    let cases: [Spoil<Capture>; 6] = [
         (|c| c.rgb.clear(), "rgb"),
         (|c| c.depth.truncate(1), "depth"),
         (|c| c.ids.clear(), "ids"),
@@ -183,7 +186,7 @@ fn unfit_captures_are_refused_by_name() {
 
 #[test]
 fn unfit_models_are_refused_by_name() {
-    let cases: [(fn(&mut ObjectModel), &str); 6] = [
+    let cases: [Spoil<ObjectModel>; 6] = [
         (|m| m.triangles.clear(), "triangles"),
         (|m| m.triangles[0][1] = 4, "vertices below 4"),
         (|m| m.uvs.truncate(3), "uvs"),

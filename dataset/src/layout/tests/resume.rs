@@ -38,7 +38,7 @@ fn interrupted_images_are_those_of_an_uninterrupted_run() {
         let manifest = write_scenes(whole.path(), layout, &scenes);
         let expected = files(whole.path());
         assert!(expected.keys().all(|name| !name.contains("partial")), "{:?}", expected.keys());
-        for stops in [&[0][..], &[1], &[5, 6], &[7, 8], &[12, 20]] {
+        for stops in [&[1][..], &[5, 6], &[12, 20]] {
             let folder = tempfile::tempdir().unwrap();
             for &stop in stops {
                 let (mut writer, skip) = open_bop(folder.path(), bop_options(layout));
