@@ -47,13 +47,19 @@ fn a_dropped_object_stands_on_the_table() {
 fn an_object_dropped_beside_the_table_leaves_the_world() {
     let beside = TABLE.center + Vector2::new(0.6, 0.0);
     let got = drop_one(mug(), beside, 10);
-    assert!(matches!(got, Err(SimError::LeftTheWorld { object: 0, family: "mug", .. })), "{got:?}");
+    assert!(
+        matches!(&got, Err(SimError::LeftTheWorld { object: 0, family, .. }) if family == "mug"),
+        "{got:?}"
+    );
 }
 
 #[test]
 fn an_object_that_still_moves_has_not_settled() {
     let got = drop_one(mug(), TABLE.center, 0);
-    assert!(matches!(got, Err(SimError::DidNotSettle { object: 0, family: "mug", .. })), "{got:?}");
+    assert!(
+        matches!(&got, Err(SimError::DidNotSettle { object: 0, family, .. }) if family == "mug"),
+        "{got:?}"
+    );
 }
 
 #[test]
