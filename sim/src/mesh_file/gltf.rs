@@ -17,6 +17,15 @@ use std::path::Path;
 
 /// Extensions that change shape or look where they are used, required or not.
 const DECISIVE: [&str; 2] = ["KHR_texture_transform", "KHR_materials_pbrSpecularGlossiness"];
+/// Extensions that hold geometry or images which, where no copy is kept for others, are missing elsewhere.
+const HOLDING: [&str; 6] = [
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_texture_basisu",
+    "EXT_texture_webp",
+    "EXT_texture_avif",
+    "MSFT_texture_dds",
+];
 /// Most nodes that are visited; a hierarchy with a loop has more.
 const MAX_NODES: usize = 10_000;
 /// What an index into a buffer or a view of it counts.
@@ -48,14 +57,15 @@ fn parse(bytes: &[u8], name: &str) -> Result<(Document, Option<Vec<u8>>), MeshFa
     }
     let Gltf { document, blob } =
         Gltf::from_slice_without_validation(bytes).map_err(|error| syntax(error.to_string()))?;
-    // Before the structure is checked: what an extension holds is missing elsewhere.
-    let required = document.extensions_required().next();
-    if let Some(extension) =
-        required.or_else(|| document.extensions_used().find(|name| DECISIVE.contains(name)))
-    {
-        return Err(MeshFault::Extension(extension.to_owned()));
+    let used =
+        |among: &[&str]| document.extensions_used().find(|name| among.contains(name)).map(str::to_owned);
+    let (decisive, holding) = (used(&DECISIVE), used(&HOLDING));
+    let required = document.extensions_required().next().map(str::to_owned);
+    if let Some(extension) = required.or(decisive) {
+        return Err(MeshFault::Extension(extension));
     }
-    let document = Document::from_json(document.into_json()).map_err(|error| syntax(error.to_string()))?;
+    let document = Document::from_json(document.into_json())
+        .map_err(|error| holding.map_or_else(|| syntax(error.to_string()), MeshFault::Extension))?;
     Ok((document, blob))
 }
 

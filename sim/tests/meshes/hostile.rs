@@ -1,0 +1,219 @@
+//! What is refused, of OBJ files and of files in general: each with a message that names file and cause.
+
+use crate::files::{
+    FACES, cube_folder, glb, gltf_cube, load, load_all, obj_cube, obj_faces, obj_vertices, write,
+};
+use image::RgbImage;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+use vantage_dataset::Seed;
+use vantage_sim::mesh_file::{MAX_TRIANGLES, MeshFault};
+
+/// The fault, after a check that the message names the file and all of `words`.
+fn refused(path: &Path, words: &[&str]) -> MeshFault {
+    let error = load_all(path).unwrap_err();
+    let message = error.to_string();
+    for word in [path.file_name().unwrap().to_str().unwrap()].iter().chain(words) {
+        assert!(message.contains(word), "{word:?} is not in: {message}");
+    }
+    error.fault
+}
+
+/// The fault of an OBJ file without materials.
+fn refused_obj(text: &str, words: &[&str]) -> MeshFault {
+    let folder = tempfile::tempdir().unwrap();
+    refused(&write(folder.path(), "bad.obj", text), words)
+}
+
+/// The fault of the cube after a change of its MTL file.
+fn refused_mtl(text: &str, words: &[&str]) -> MeshFault {
+    let folder = cube_folder();
+    write(folder.path(), "cube.mtl", text);
+    refused(&folder.path().join("cube.obj"), words)
+}
+
+#[test]
+fn broken_geometry() {
+    let cube = obj_vertices() + &obj_faces(&FACES);
+    let fault = refused_obj(&cube.replace("f 1/1", "f 9/1"), &["out of bounds"]);
+    assert!(matches!(fault, MeshFault::Syntax { .. }));
+    for index in ["9223372036854775807", "6148914691236517206", "-9223372036854775808"] {
+        for face in [format!("f {index}/1"), format!("f 1/{index}"), format!("f 1/1/{index}")] {
+            refused_obj(&cube.replacen("f 1/1", &face, 1), &["index"]);
+        }
+    }
+    for face in ["f 0/1", "f 1/0/0/0", "f a/1", "f -9/1", "f 1/7"] {
+        let fault = refused_obj(&cube.replacen("f 1/1", face, 1), &["face"]);
+        assert!(matches!(fault, MeshFault::Syntax { .. }), "{face}: {fault:?}");
+    }
+    for number in ["nan", "inf", "-inf", "1e999"] {
+        let fault = refused_obj(&cube.replacen("v 1", &format!("v {number}"), 1), &["vertex", "finite"]);
+        assert!(matches!(fault, MeshFault::NotFinite(_)), "{number}: {fault:?}");
+    }
+    assert!(matches!(refused_obj("", &["triangle"]), MeshFault::NoTriangle));
+    assert!(matches!(refused_obj(&obj_vertices(), &["triangle"]), MeshFault::NoTriangle));
+    assert!(matches!(refused_obj("v 0 0 0\nv 1 1 1\nl 1 2\n", &["triangle"]), MeshFault::NoTriangle));
+    let line = "v 0.1 0.2 0.3\nv 0.2 0.3 0.4\nv 0.3 0.4 0.5\nf 1 2 3\nf 1 1 2\n";
+    assert!(matches!(refused_obj(line, &["2 triangles", "area"]), MeshFault::NoArea(2)));
+    let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    assert!(matches!(refused_obj(sheet, &["volume"]), MeshFault::NoVolume));
+    let slanted = "v 0 0 0\nv 1 0 1\nv 1 1 1\nv 0 1 0\nf 1 2 3 4\n";
+    assert!(matches!(refused_obj(slanted, &["volume"]), MeshFault::NoVolume));
+}
+
+#[test]
+fn units_that_cannot_be_right() {
+    for (size, extent) in [("100", "10.000000 m"), ("0.04", "0.004000 m")] {
+        let scaled = obj_vertices().replace("1 ", &format!("{size} ")).replace(" 1\n", &format!(" {size}\n"));
+        let fault = refused_obj(&(scaled + &obj_faces(&FACES)), &[extent, "metres_per_unit"]);
+        assert!(matches!(fault, MeshFault::Size { .. }), "{fault:?}");
+    }
+}
+
+#[test]
+fn too_much() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("many.obj");
+    let mut file = File::create(&path).unwrap();
+    file.write_all(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap();
+    file.write_all("f 1 2 3\n".repeat(MAX_TRIANGLES + 1).as_bytes()).unwrap();
+    let fault = refused(&path, &["500001 triangles", "500000"]);
+    assert!(matches!(fault, MeshFault::TooMany { got: 500_001, .. }));
+    let polygon = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf{}\n", " 1 2 3".repeat(MAX_TRIANGLES));
+    assert!(matches!(refused_obj(&polygon, &["triangles"]), MeshFault::TooMany { .. }));
+    let points = "v 0 0 0\n".repeat(2_000_001);
+    assert!(matches!(refused_obj(&points, &["2000001 vertices"]), MeshFault::TooMany { .. }));
+
+    // Three hundred million bytes that no disk holds.
+    let huge = folder.path().join("huge.obj");
+    File::create(&huge).unwrap().set_len(300 << 20).unwrap();
+    assert!(matches!(refused(&huge, &["314572800 bytes"]), MeshFault::FileTooLarge { .. }));
+}
+
+#[test]
+fn materials_that_are_not_there_or_cannot_be_read() {
+    let folder = cube_folder();
+    fs::remove_file(folder.path().join("cube.mtl")).unwrap();
+    let fault = refused(&folder.path().join("cube.obj"), &["`cube.mtl`", "put it beside"]);
+    assert!(matches!(fault, MeshFault::MissingFile { .. }));
+    let fault = refused_mtl("newmtl skin\nmap_Kd other.png\n", &["`other.png`", "put it beside"]);
+    assert!(matches!(fault, MeshFault::MissingFile { .. }));
+    // The parser would panic.
+    for line in ["Kd 0.5", "Kd", "Ks 1 1", "Ka\t1"] {
+        let fault = refused_mtl(&format!("newmtl skin\n{line}\n"), &["`cube.mtl`", "three numbers"]);
+        assert!(matches!(fault, MeshFault::Syntax { .. }), "{line}: {fault:?}");
+    }
+    assert!(matches!(refused_mtl("newmtl skin\nKd a b c\n", &["`cube.mtl`"]), MeshFault::Syntax { .. }));
+    assert!(matches!(refused_mtl("newmtl skin\nKd nan 0 0\n", &["Kd"]), MeshFault::NotFinite(_)));
+    let fault = refused_mtl("newmtl other\nKd 1 0 0\n", &["`other`"]);
+    assert!(matches!(fault, MeshFault::UnknownMaterial(_)));
+    let fault = refused_mtl("newmtl skin\nmap_Kd -s 2 2 2 flag.png\n", &["map_Kd"]);
+    assert!(matches!(fault, MeshFault::Unsupported(..)));
+    let plain = obj_cube().replace("/1", "").replace("/2", "").replace("/3", "").replace("/4", "");
+    write(folder.path(), "cube.mtl", "newmtl skin\nmap_Kd flag.png\n");
+    write(folder.path(), "cube.obj", &plain);
+    let fault = refused(&folder.path().join("cube.obj"), &["`skin`", "texture coordinates"]);
+    assert!(matches!(fault, MeshFault::NoTextureCoordinates(_)));
+    let colored =
+        obj_vertices().replace("v 1 0 0\n", "v 1 0 0 1 0 0\n").replace("v 0 0 0\n", "v 0 0 0 1 1 1\n");
+    refused_obj(&(colored + &obj_faces(&FACES)), &[]);
+}
+
+#[test]
+fn texture_coordinates_that_are_none() {
+    let folder = cube_folder();
+    for number in ["nan", "inf", "1e30"] {
+        let text = obj_cube().replace("vt 1 0", &format!("vt {number} 0"));
+        let fault = refused(&write(folder.path(), "cube.obj", &text), &["texture coordinate"]);
+        assert!(matches!(fault, MeshFault::NotFinite(_)), "{number}: {fault:?}");
+    }
+    // Large but sound.
+    load(write(folder.path(), "cube.obj", &obj_cube().replace("vt 1 0", "vt 9999 0")));
+}
+
+#[test]
+fn images_that_are_none_or_bombs() {
+    let folder = cube_folder();
+    let image = folder.path().join("flag.png");
+    let refused = || refused(&folder.path().join("cube.obj"), &["`flag.png`"]);
+    RgbImage::new(9000, 1).save(&image).unwrap();
+    assert!(matches!(refused(), MeshFault::Image { .. }));
+    let whole = {
+        crate::files::flag(64).save(&image).unwrap();
+        fs::read(&image).unwrap()
+    };
+    for bytes in [&b""[..], b"GIF89a\x01\x00\x01\x00", b"no image at all", &whole[..whole.len() / 2]] {
+        fs::write(&image, bytes).unwrap();
+        assert!(matches!(refused(), MeshFault::Image { .. }));
+    }
+    // A header that promises four thousand million pixels.
+    let mut bomb = whole;
+    bomb[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+    fs::write(&image, bomb).unwrap();
+    assert!(matches!(refused(), MeshFault::Image { .. }));
+}
+
+#[test]
+fn files_outside_the_folder() {
+    let outer = tempfile::tempdir().unwrap();
+    let inner = outer.path().join("inner");
+    fs::create_dir(&inner).unwrap();
+    crate::files::flag(8).save(outer.path().join("secret.png")).unwrap();
+    write(outer.path(), "secret.mtl", "newmtl skin\n");
+    let cube = write(&inner, "cube.obj", &obj_cube());
+    let absolute = outer.path().join("secret.png").to_str().unwrap().to_owned();
+    for name in ["../secret.png", "..\\secret.png", "./a/../../secret.png", &absolute, "C:\\secret.png"] {
+        fs::create_dir_all(inner.join("a")).unwrap();
+        write(&inner, "cube.mtl", &format!("newmtl skin\nmap_Kd {name}\n"));
+        let fault = refused(&cube, &[&format!("`{name}`"), "not in the mesh's folder"]);
+        assert!(matches!(fault, MeshFault::OutsideFolder { .. }));
+    }
+    write(&inner, "cube.obj", &obj_cube().replace("cube.mtl", "../secret.mtl"));
+    assert!(matches!(refused(&cube, &["`../secret.mtl`"]), MeshFault::OutsideFolder { .. }));
+    write(&inner, "cube.obj", &obj_cube());
+    write(&inner, "cube.mtl", "newmtl skin\nmap_Kd .\n");
+    assert!(matches!(refused(&cube, &["`.`"]), MeshFault::MissingFile { .. }));
+
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../secret.png", inner.join("link.png")).unwrap();
+        write(&inner, "cube.mtl", "newmtl skin\nmap_Kd link.png\n");
+        assert!(matches!(refused(&cube, &["`link.png`"]), MeshFault::OutsideFolder { .. }));
+        crate::files::flag(8).save(inner.join("own.png")).unwrap();
+        std::os::unix::fs::symlink("own.png", inner.join("own link.png")).unwrap();
+        write(&inner, "cube.mtl", "newmtl skin\nmap_Kd own link.png\n");
+        load(&cube);
+    }
+}
+
+#[test]
+fn no_damage_makes_the_readers_panic() {
+    let folder = cube_folder();
+    let obj = fs::read(folder.path().join("cube.obj")).unwrap();
+    let mtl = fs::read(folder.path().join("cube.mtl")).unwrap();
+    let binary = glb(gltf_cube());
+    let (mut loaded, mut tried) = (0, 0);
+    for (name, whole) in [("cube.obj", &obj), ("cube.mtl", &mtl), ("cube.glb", &binary)] {
+        let path = folder.path().join(name);
+        let entry = if name == "cube.mtl" { folder.path().join("cube.obj") } else { path.clone() };
+        for round in 0..300 {
+            let mut stream = Seed(1).stream(name, round);
+            let mut bytes = whole.clone();
+            for _ in 0..1 + stream.below(4) {
+                let at = stream.below(bytes.len());
+                match stream.below(if bytes.len() > 1 { 4 } else { 2 }) {
+                    0 => bytes[at] = stream.below(256) as u8,
+                    1 => bytes[at] = b"0123456789-/. \nef"[stream.below(17)],
+                    2 => drop(bytes.remove(at)),
+                    _ => bytes.truncate(at.max(1)),
+                }
+            }
+            fs::write(&path, bytes).unwrap();
+            loaded += usize::from(load_all(&entry).is_ok());
+            tried += 1;
+        }
+        fs::write(&path, whole).unwrap();
+    }
+    assert!(loaded > 0 && loaded < tried, "{loaded} of {tried}");
+}
