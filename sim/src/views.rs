@@ -14,13 +14,12 @@ use crate::object::Object;
 use crate::render::{Renderer, Shot, Tile, TileShot};
 use crate::scene::ViewConditions;
 use crate::sensor::bounds;
-use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
-use crate::sensor::mask::Mask;
 use nalgebra::{Point3, Vector2};
 use rayon::prelude::*;
 use session::{Session, TARGET};
 use vantage_dataset::views::InstanceRecord;
-use vantage_dataset::{BoundingBox, Camera, Seed, Split, View, ViewSet, Viewpoint};
+use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
+use vantage_dataset::{BoundingBox, Camera, Mask, Seed, Split, View, ViewSet, Viewpoint};
 
 /// Side of a tile, pixels.
 const TILE_SIDE: u32 = 64;

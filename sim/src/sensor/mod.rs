@@ -1,7 +1,5 @@
 //! Sensors: what the robot measures of the world, `z_k = h(x_k, o)` and `u_k`.
 
 pub mod bounds;
-pub mod crop;
 pub mod detector;
-pub mod mask;
 pub mod odometry;
