@@ -91,7 +91,7 @@ fn an_export_reads_back_as_the_episode_it_was() {
     let scan = read_scan(&folder).unwrap();
     let episode = &scan.episode;
     assert_eq!(episode.observations.steps(), 48);
-    assert_eq!(scan.images[0], "011011000001".to_owned() + "0101.jpg");
+    assert_eq!(scan.images[0], "010110000010101.jpg");
     assert_eq!(
         scan.report.skipped,
         [],
@@ -217,16 +217,13 @@ fn unregistered_images_are_left_out_and_told() {
     restructure(&folder, 4, "t", Value::empty());
     restructure(&folder, 5, "R", Value::matrix(3, 3, vec![f64::NAN; 9]));
     restructure(&folder, 6, "t", Value::matrix(3, 1, vec![0.0, f64::INFINITY, 0.0]));
-    std::fs::remove_file(
-        folder.join("jpg_rgb/011011000008").with_file_name("011011000008".to_owned() + "0101.jpg"),
-    )
-    .unwrap();
+    std::fs::remove_file(folder.join("jpg_rgb/010110000080101.jpg")).unwrap();
     let scan = read_scan(&folder).unwrap();
     assert_eq!(scan.episode.observations.steps(), 43);
     assert_eq!(told(&scan, "not registered").len(), 2);
     assert_eq!(told(&scan, "expected a rotation").len(), 1);
     assert_eq!(told(&scan, "expected finite numbers").len(), 1);
-    assert_eq!(told(&scan, "no image"), ["0110110000080101.jpg"]);
+    assert_eq!(told(&scan, "no image"), ["010110000080101.jpg"]);
     assert_eq!(scan.movements.after(2, Movement::RotateCcw), None);
     let stored = tempfile::tempdir().unwrap();
     write_episode(stored.path(), &scan.episode, Provenance::default()).unwrap();
@@ -257,7 +254,7 @@ fn odd_annotations_are_left_out_and_told() {
     assert_eq!(told(&scan, "which is not in present_instance_names.txt").len(), 1);
     assert_eq!(told(&scan, "without a pixel of the image").len(), 2);
     assert_eq!(told(&scan, "instance 1 twice in one image").len(), 1);
-    assert_eq!(scan.report.skipped.len(), 6);
+    assert_eq!(scan.report.skipped.len(), 6, "{:?}", scan.report);
     let clipped = &scan.episode.observations.detections[0];
     assert_eq!((clipped.bounding_box.max.x, clipped.bounding_box.min.x), (192.0, 150.0));
     assert_eq!(scan.movements.after(0, Movement::Forward), None);

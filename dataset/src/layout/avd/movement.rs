@@ -1,4 +1,4 @@
-//! Where each movement leads, and the pairs of crops that it links: `(z, z', Delta X)` of Eq. 15.
+//! Where each movement leads, and the pairs of crops that it links: `(z, z', Delta X)` of III-B.
 
 use super::annotations::Annotations;
 use crate::{Episode, Pose};

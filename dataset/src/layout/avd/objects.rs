@@ -4,7 +4,7 @@ use crate::layout::ray::{Ray, median, meeting_point};
 use crate::{Camera, Pose};
 use nalgebra::{Point3, Vector2};
 
-/// Boxes harder than this place an object only where there are no easier ones.
+/// Boxes harder than this place an object only where no easier one has depth.
 const HARDEST: u8 = 3;
 
 /// One box of an object.
@@ -25,21 +25,24 @@ pub(super) struct Evidence {
 /// before the object's middle where it was seen from one side alone; without depth it is where the rays through the
 /// box centres meet. The size is the median over the boxes of the longer side at that depth.
 pub(super) fn place(camera: &Camera, evidence: &[Evidence]) -> Option<(Point3<f64>, f64)> {
-    let easy: Vec<&Evidence> = evidence.iter().filter(|box_| box_.difficulty <= HARDEST).collect();
-    let chosen = if easy.is_empty() { evidence.iter().collect() } else { easy };
-    let points: Vec<Point3<f64>> = chosen
+    let all: Vec<&Evidence> = evidence.iter().collect();
+    let easy: Vec<&Evidence> = evidence.iter().filter(|e| e.difficulty <= HARDEST).collect();
+    let meeting = || meeting_point(&all.iter().map(|e| e.ray(camera)).collect::<Vec<Ray>>());
+    let (position, boxes) = [&easy, &all]
+        .into_iter()
+        .find_map(|boxes| Some((by_depth(camera, boxes)?, boxes)))
+        .or_else(|| Some((meeting()?, &all)))?;
+    let size = median(boxes.iter().filter_map(|e| e.size(camera, &position)).collect())?;
+    (size > 0.0 && size.is_finite()).then_some((position, size))
+}
+
+fn by_depth(camera: &Camera, boxes: &[&Evidence]) -> Option<Point3<f64>> {
+    let points: Vec<Point3<f64>> = boxes
         .iter()
         .filter_map(|e| Some(e.world_from_camera * Point3::from(camera.ray_in_camera(&e.center) * e.depth?)))
         .collect();
-    let position = if points.is_empty() {
-        let rays: Vec<Ray> = chosen.iter().map(|e| e.ray(camera)).collect();
-        meeting_point(&rays)?
-    } else {
-        let axis = |axis: usize| median(points.iter().map(|point| point[axis]).collect());
-        Point3::new(axis(0)?, axis(1)?, axis(2)?)
-    };
-    let size = median(chosen.iter().filter_map(|e| e.size(camera, &position)).collect())?;
-    (size > 0.0 && size.is_finite()).then_some((position, size))
+    let axis = |axis: usize| median(points.iter().map(|point| point[axis]).collect());
+    Some(Point3::new(axis(0)?, axis(1)?, axis(2)?))
 }
 
 impl Evidence {
