@@ -32,6 +32,17 @@ impl Split {
 #[serde(transparent)]
 pub struct InstanceId(pub u64);
 
+impl InstanceId {
+    /// The id of a real object, of which only the name is known: a hash of the name.
+    ///
+    /// BigBIRD and Active Vision name their objects alike, so that an object of both has one id.
+    pub fn of_name(name: &str) -> Self {
+        let mut bytes = [0; 8];
+        bytes.copy_from_slice(&blake3::hash(name.as_bytes()).as_bytes()[..8]);
+        Self(u64::from_le_bytes(bytes))
+    }
+}
+
 /// Rotations about the object's z axis that leave its look unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

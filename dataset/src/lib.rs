@@ -14,12 +14,14 @@ pub mod crop;
 pub mod episode;
 pub mod instance;
 pub mod layout;
+pub mod mask;
 pub mod sample;
 pub mod se3;
 pub mod seed;
 pub mod store;
 pub mod viewpoint;
 pub mod views;
+pub mod window;
 
 pub use camera::Camera;
 pub use capture::{Capture, CapturedObject};
@@ -29,6 +31,7 @@ pub use episode::{
     Odometry, Truth,
 };
 pub use instance::{InstanceId, Split, Symmetry};
+pub use mask::Mask;
 pub use sample::Sample;
 pub use se3::{Pose, Tangent};
 pub use seed::{Seed, Stream};

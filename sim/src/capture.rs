@@ -5,8 +5,8 @@ use crate::observer::{Look, Observer};
 use crate::render::{Renderer, Shot};
 use crate::sensor::bounds;
 use crate::sensor::detector::Target;
-use crate::sensor::mask::Mask;
 use nalgebra::Vector2;
+use vantage_dataset::Mask;
 use vantage_dataset::{BoundingBox, Camera, Capture, CapturedObject};
 
 /// Completes a look: each object of which a pixel is visible is drawn once more, alone.

@@ -5,10 +5,10 @@ use crate::render::{Frame, Light, RenderScene, Renderer, Shot};
 use crate::rollout::Rollout;
 use crate::scene::{CheckedScene, SensorSpec};
 use crate::sensor::close_up::Setting;
-use crate::sensor::crop::Labelled;
 use crate::sensor::detector::{Target, detect};
 use crate::sensor::{fault, image, landmark};
 use nalgebra::Point3;
+use vantage_dataset::window::Labelled;
 use vantage_dataset::{Detection, DetectionTruth, LandmarkSighting, Seed};
 
 /// The camera, the detector and what they look at, from step to step.

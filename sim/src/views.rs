@@ -13,14 +13,13 @@ use crate::error::{Progress, SimError, Stage};
 use crate::object::{Catalog, Draw, Object};
 use crate::render::{Renderer, Shot, Tile, TileShot};
 use crate::scene::{ViewConditions, ViewsSpec};
-use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
-use crate::sensor::mask::Mask;
 use crate::sensor::{bounds, fault, image};
 use nalgebra::{Point3, Vector2};
 use rayon::prelude::*;
 use session::{Session, TARGET};
 use vantage_dataset::views::InstanceRecord;
-use vantage_dataset::{BoundingBox, Camera, Seed, Split, View, ViewSet, Viewpoint};
+use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
+use vantage_dataset::{BoundingBox, Camera, Mask, Seed, Split, View, ViewSet, Viewpoint};
 
 /// Side of a tile, pixels.
 const TILE_SIDE: u32 = 64;

@@ -3,12 +3,12 @@
 use crate::error::SimError;
 use crate::render::{RenderScene, Renderer, Shot, Tile, TileShot};
 use crate::scene::SensorSpec;
-use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
 use crate::sensor::detector::Target;
-use crate::sensor::mask::Mask;
 use crate::sensor::{bounds, fault, image};
 use nalgebra::Vector2;
 use rayon::prelude::*;
+use vantage_dataset::Mask;
+use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
 use vantage_dataset::{BoundingBox, Detection, DetectionTruth, Seed};
 
 /// Side of a tile, pixels.

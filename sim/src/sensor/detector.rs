@@ -3,11 +3,10 @@
 use crate::error::SimError;
 use crate::render::{Frame, RenderScene, Renderer, Shot, TileShot};
 use crate::scene::DetectorSpec;
-use crate::sensor::crop::{Labelled, MARGIN, Window, cut};
-use crate::sensor::mask::Mask;
 use crate::sensor::{bounds, fault};
 use nalgebra::Vector3;
-use vantage_dataset::{Detection, DetectionTruth, Pose, Seed};
+use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
+use vantage_dataset::{Detection, DetectionTruth, Mask, Pose, Seed};
 
 /// Side of the tile in which an object's whole silhouette is counted, pixels.
 const TILE_SIDE: u32 = 64;

@@ -1,8 +1,8 @@
 //! What a detector gets wrong: boxes off, objects missed, objects that are none.
 
 use crate::scene::DetectorFaultsSpec;
-use crate::sensor::crop::{Labelled, Window, cut};
 use nalgebra::Vector2;
+use vantage_dataset::window::{Labelled, Window, cut};
 use vantage_dataset::{BoundingBox, Detection, Seed};
 
 /// Sides of the boxes of false detections, pixels.

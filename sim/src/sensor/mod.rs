@@ -2,10 +2,8 @@
 
 pub mod bounds;
 pub mod close_up;
-pub mod crop;
 pub mod detector;
 pub mod fault;
 pub mod image;
 pub mod landmark;
-pub mod mask;
 pub mod odometry;

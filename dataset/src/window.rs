@@ -1,7 +1,7 @@
-//! The semantic measurement: the square around a detection, area-filtered to 32x32.
+//! How crops are cut: the square around a detection, area-filtered to 32x32.
 
-use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
-use vantage_dataset::{BoundingBox, Crop};
+use crate::crop::{CROP_BYTES, CROP_SIDE, Crop};
+use crate::episode::BoundingBox;
 
 /// Side of a crop's window over the longer side of the visible box.
 pub const MARGIN: f64 = 1.1;

@@ -1,7 +1,7 @@
 //! Visible masks.
 
+use crate::episode::BoundingBox;
 use nalgebra::Vector2;
-use vantage_dataset::BoundingBox;
 
 /// Extent of the pixels of one id.
 #[derive(Clone, Copy, Debug, PartialEq)]

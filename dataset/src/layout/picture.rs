@@ -1,0 +1,92 @@
+//! Images in files.
+
+use super::import::{FETCH_AGAIN, ImportError, read_file};
+use crate::store::StoreError;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
+use image::{
+    DynamicImage, ExtendedColorType, GrayImage, ImageBuffer, ImageEncoder, ImageFormat, ImageReader,
+};
+use image::{Limits, Luma, RgbImage};
+use std::io::Cursor;
+use std::path::Path;
+
+const LARGEST_FILE: u64 = 64 << 20;
+const LARGEST_SIDE: u32 = 1 << 14;
+const LARGEST_IMAGE: u64 = 256 << 20;
+const JPEG_QUALITY: u8 = 95;
+
+/// Depth as whole numbers; what one of them is depends on the dataset.
+pub(super) type DepthImage = ImageBuffer<Luma<u16>, Vec<u16>>;
+
+pub(super) fn read_jpeg(path: &Path) -> Result<RgbImage, ImportError> {
+    Ok(decode(path, ImageFormat::Jpeg)?.into_rgb8())
+}
+
+/// A mask as it decodes: 0 where PBM says black.
+pub(super) fn read_pbm(path: &Path) -> Result<GrayImage, ImportError> {
+    Ok(decode(path, ImageFormat::Pnm)?.into_luma8())
+}
+
+pub(super) fn read_depth(path: &Path) -> Result<DepthImage, ImportError> {
+    match decode(path, ImageFormat::Png)? {
+        DynamicImage::ImageLuma16(depth) => Ok(depth),
+        other => {
+            let got = format!("{:?}", other.color());
+            Err(ImportError::invalid(
+                path,
+                "pixels",
+                got,
+                "grey of 16 bits",
+                "take the depth images unchanged",
+            ))
+        }
+    }
+}
+
+fn decode(path: &Path, format: ImageFormat) -> Result<DynamicImage, ImportError> {
+    let bytes = read_file(path, LARGEST_FILE)?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(LARGEST_SIDE);
+    limits.max_image_height = Some(LARGEST_SIDE);
+    limits.max_alloc = Some(LARGEST_IMAGE);
+    reader.limits(limits);
+    reader.decode().map_err(|error| {
+        let expected = format!("a {format:?} image");
+        ImportError::invalid(path, "image", error, expected, FETCH_AGAIN)
+    })
+}
+
+pub(super) fn write_jpeg(path: &Path, rgb: &[u8], width: u32, height: u32) -> Result<(), StoreError> {
+    let mut bytes = Vec::new();
+    let encoder = JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY);
+    let encoded = encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8);
+    store(path, encoded, bytes)
+}
+
+pub(super) fn write_depth(path: &Path, depth: &[u16], width: u32, height: u32) -> Result<(), StoreError> {
+    let mut bytes = Vec::new();
+    let samples: Vec<u8> = depth.iter().flat_map(|sample| sample.to_ne_bytes()).collect();
+    let encoder = PngEncoder::new(&mut bytes);
+    let encoded = encoder.write_image(&samples, width, height, ExtendedColorType::L16);
+    store(path, encoded, bytes)
+}
+
+/// Writes a raw PBM; `black` says which pixels are, row-major.
+pub(super) fn write_pbm(path: &Path, black: &[bool], width: usize) -> Result<(), StoreError> {
+    let mut bytes = format!("P4\n{width} {}\n", black.len() / width).into_bytes();
+    for row in black.chunks(width) {
+        bytes.extend(row.chunks(8).map(|eight| {
+            eight.iter().enumerate().fold(0, |byte, (bit, black)| byte | u8::from(*black) << (7 - bit))
+        }));
+    }
+    store(path, Ok(()), bytes)
+}
+
+fn store(path: &Path, encoded: image::ImageResult<()>, bytes: Vec<u8>) -> Result<(), StoreError> {
+    encoded
+        .map_err(std::io::Error::other)
+        .and_then(|()| std::fs::write(path, bytes))
+        .map_err(|source| StoreError::Write { path: path.to_owned(), source })
+}
