@@ -25,6 +25,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Writes crops, detections, odometry and truth as files.
     Dataset(DatasetArgs),
+    /// Reads BigBIRD or Active Vision data into our own layout.
+    Import(ImportArgs),
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),
     /// Trains the scene's model from scratch.
@@ -85,6 +87,36 @@ pub struct DatasetArgs {
     pub split: SplitChoice,
 }
 
+/// `bench import LAYOUT DIR --out DIR`: real data in our own layout.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ImportArgs {
+    /// The layout of the data.
+    #[arg(value_enum, value_name = "LAYOUT")]
+    pub layout: ImportLayout,
+    /// BigBIRD: the folder of the objects' folders. Active Vision: the folder of one scan.
+    #[arg(value_name = "DIR")]
+    pub source: PathBuf,
+    /// Folder that gets a view set (BigBIRD) or an episode (Active Vision).
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// BigBIRD: the split that all objects are said to belong to.
+    #[arg(long, value_enum, default_value_t = SplitChoice::Train)]
+    pub split: SplitChoice,
+    /// BigBIRD: only these objects, separated by commas.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub objects: Vec<String>,
+}
+
+/// A layout of real data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImportLayout {
+    /// BigBIRD: objects on a turntable.
+    Bigbird,
+    /// Active Vision: homes on a grid.
+    Avd,
+}
+
 /// `bench look SCENE`: the scene as one picture.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct LookArgs {
@@ -115,6 +147,12 @@ pub struct TrainArgs {
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
+    /// A view set to train on, in place of the scene's.
+    #[arg(long, value_name = "DIR", requires = "validation_views")]
+    pub views: Option<PathBuf>,
+    /// A view set of other objects to calibrate on.
+    #[arg(long, value_name = "DIR", requires = "views")]
+    pub validation_views: Option<PathBuf>,
 }
 
 /// Options of every command that runs all stages.
@@ -155,6 +193,10 @@ pub enum DatasetFormat {
     Bop,
     /// `bop-webdataset/`: the same in the tar shards that BOP defines.
     BopWebdataset,
+    /// `bigbird/`: images of a turntable, in the layout of BigBIRD.
+    Bigbird,
+    /// `avd/`: images of a grid, in the layout of the Active Vision dataset.
+    Avd,
 }
 
 /// A set of instances; no two share one.

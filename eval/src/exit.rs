@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use thiserror::Error;
 use vantage_dataset::InstanceId;
+use vantage_dataset::layout::ImportError;
 use vantage_dataset::store::StoreError;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
@@ -60,6 +61,25 @@ pub enum BenchError {
     /// See [`SimError`].
     #[error(transparent)]
     Sim(#[from] SimError),
+    /// See [`ImportError`].
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// A folder to import from lacks an object that was asked for.
+    #[error("{} holds no folder {name} with a calibration.h5; look what --objects names", folder.display())]
+    NoObject {
+        /// The object.
+        name: String,
+        /// Where it was looked for.
+        folder: PathBuf,
+    },
+    /// A format that this scene's images cannot be written in.
+    #[error("--format {format}: {reason}; choose another format or scene")]
+    Unsuitable {
+        /// The format.
+        format: &'static str,
+        /// Why not.
+        reason: String,
+    },
     /// See [`RenderError`].
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -187,7 +207,10 @@ impl BenchError {
             },
             BenchError::Sim(SimError::Render(_)) | BenchError::Render(_) => Exit::MissingCapability,
             BenchError::Sim(SimError::NonFinite { .. }) => Exit::Bug,
+            BenchError::Import(_) => Exit::StoredDataInvalid,
             BenchError::Sim(_)
+            | BenchError::NoObject { .. }
+            | BenchError::Unsuitable { .. }
             | BenchError::Rules(_)
             | BenchError::Leak { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,

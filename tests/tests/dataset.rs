@@ -57,6 +57,7 @@ fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
 }
 
 /// Every file below a folder, by its path in it.
+#[expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut open = vec![folder.to_owned()];

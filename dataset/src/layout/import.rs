@@ -27,6 +27,12 @@ pub struct Skipped {
     pub reason: String,
 }
 
+impl std::fmt::Display for Skipped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.file.display(), self.reason)
+    }
+}
+
 impl ImportReport {
     pub(super) fn skip(&mut self, file: impl Into<PathBuf>, reason: impl ToString) {
         self.skipped.push(Skipped { file: file.into(), reason: reason.to_string() });

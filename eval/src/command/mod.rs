@@ -2,6 +2,7 @@
 
 mod check;
 mod dataset;
+mod import;
 mod look;
 mod pictures;
 mod score;
@@ -11,6 +12,7 @@ mod train;
 
 pub use check::check;
 pub use dataset::dataset;
+pub use import::import;
 pub use look::look;
 pub use score::bench;
 #[cfg(feature = "train")]

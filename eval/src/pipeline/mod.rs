@@ -19,7 +19,7 @@ pub use estimates::{Answer, PANICKED, estimates};
 pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
-pub use training::train;
+pub use training::{train, train_on};
 pub use unseen::{LATENTS, PIXELS, Unseen, UnseenTrial, unseen};
 pub use views::views;
 

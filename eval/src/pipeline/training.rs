@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use vantage_dataset::store::Key;
+use vantage_dataset::store::{Key, read_manifest, read_views};
 use vantage_dataset::{InstanceId, Split, ViewSet};
 use vantage_learn::{MANIFEST, Progress};
 
@@ -29,9 +29,32 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
 
 /// Trains the scene's model into `folder`, from where an interrupted training left it.
 pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
-    let spec = &pipeline.file.training;
     let training = shown_views(pipeline, Split::Train)?;
     let validation = shown_views(pipeline, Split::Validation)?;
+    let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;
+    fit(pipeline, &training, &validation, conditions, folder)
+}
+
+/// Trains a model as the scene says, but on stored view sets.
+pub fn train_on(
+    pipeline: &Pipeline,
+    training: &Path,
+    validation: &Path,
+    folder: &Path,
+) -> Result<(), BenchError> {
+    let conditions =
+        scene_file::hash(&[training, validation].map(|set| read_manifest(set).map(|m| m.seal).ok()))?;
+    fit(pipeline, &read_views(training)?, &read_views(validation)?, conditions, folder)
+}
+
+fn fit(
+    pipeline: &Pipeline,
+    training: &ViewSet,
+    validation: &ViewSet,
+    conditions: String,
+    folder: &Path,
+) -> Result<(), BenchError> {
+    let spec = &pipeline.file.training;
     let mut list = String::new();
     let seen: BTreeSet<InstanceId> =
         training.instances.iter().chain(&validation.instances).map(|instance| instance.id).collect();
@@ -45,7 +68,7 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
         .map_err(|source| OutputError { path, source })?;
     let info = pipeline.renderer_info.clone();
     let provenance = [
-        (VIEW_CONDITIONS, scene_file::hash(&pipeline.scene.view_conditions())?),
+        (VIEW_CONDITIONS, conditions),
         ("renderer", info.renderer),
         ("adapter", info.adapter),
         ("driver", info.driver),
@@ -54,18 +77,10 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
     ];
     let provenance = provenance.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
     let mut shown = Shown { pipeline, stage: None };
-    vantage_learn::train(
-        &training,
-        &validation,
-        &spec.model,
-        spec.seed,
-        &provenance,
-        folder,
-        &mut |event| {
-            shown.tell(event);
-            ControlFlow::Continue(())
-        },
-    )?;
+    vantage_learn::train(training, validation, &spec.model, spec.seed, &provenance, folder, &mut |event| {
+        shown.tell(event);
+        ControlFlow::Continue(())
+    })?;
     Ok(())
 }
 

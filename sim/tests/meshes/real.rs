@@ -12,6 +12,7 @@ use vantage_sim::object::{MeshEntry, MeshLibrary, Object};
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::{Light, Placement, RenderScene, Renderer, Shot};
 use vantage_sim::scene::MeshSpec;
+use vantage_sim::world::furnishing::Furnishing;
 use vantage_sim::world::layout::Place;
 use vantage_sim::world::physics::Physics;
 use vantage_sim::world::settle::settle;
@@ -143,10 +144,10 @@ fn all_are_drawn_whole_and_in_colours_of_their_own() {
 fn all_come_to_rest_on_a_table() {
     let Some(folder) = folder() else { return };
     let outline = Outline::Rectangle { half_extents: [2.0, 2.0] };
-    let table = Stand { center: Vector2::zeros(), height: 0.7, outline };
+    let table = Stand::solid(Vector2::zeros(), 0.7, outline);
     for (entry, mesh) in library(&folder) {
         let place = Place { stand: 0, position: Vector2::zeros(), yaw: 0.3 };
-        let mut physics = Physics::new(&[table]);
+        let mut physics = Physics::new(&Furnishing { stands: vec![table], pieces: Vec::new() });
         let object = [mesh.object];
         let poses = settle(&mut physics, &[table], &object, &[place], 20, &mut |_| ());
         let pose = poses.unwrap_or_else(|error| panic!("{}: {error}", text(&entry, "name")))[0];

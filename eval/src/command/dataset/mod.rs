@@ -1,5 +1,7 @@
 //! `bench dataset SCENE --out DIR`: episodes as files, one image at a time in memory.
 
+mod avd;
+mod bigbird;
 mod crops;
 mod episodes;
 mod images;
@@ -12,6 +14,8 @@ use crate::output::OutputFolder;
 use crate::pipeline::{SIMULATED, concerns_one_seed};
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
+use avd::Avd;
+use bigbird::BigBird;
 use crops::Crops;
 use episodes::Episodes;
 use images::Images;
@@ -50,6 +54,11 @@ enum Need {
 trait Format {
     /// What it needs of a seed.
     fn need(&mut self, seed: Seed, index: &Index) -> Result<Need, BenchError>;
+
+    /// Whether it needs that still, now that the objects are known.
+    fn wants(&mut self, _rollout: &Rollout) -> bool {
+        true
+    }
 
     /// Takes the drive of a seed that it needs something of, before the rest.
     fn begin(&mut self, _rollout: &Rollout) -> Result<(), BenchError> {
@@ -144,6 +153,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
                     &progress,
                 )?)
             }
+            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &scene)?),
+            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &scene)?),
             DatasetFormat::BopWebdataset => {
                 let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
                 let root = at("bop-webdataset");
@@ -200,8 +211,12 @@ impl Maker<'_> {
                 need => active.push((need, format)),
             }
         }
-        let Some(most) = active.iter().map(|(need, _)| *need).max() else { return Ok(false) };
+        if active.is_empty() {
+            return Ok(false);
+        }
         let rollout = roll_out(self.scene, seed, self.split, &mut |_| {})?;
+        active.retain_mut(|(_, format)| format.wants(&rollout));
+        let Some(most) = active.iter().map(|(need, _)| *need).max() else { return Ok(false) };
         for (_, format) in &mut active {
             format.begin(&rollout)?;
         }

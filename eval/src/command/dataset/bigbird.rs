@@ -1,0 +1,96 @@
+//! `bigbird`: a turntable's images as those of the BigBIRD rig, one folder an object.
+
+use super::{Format, Index, Need};
+use crate::exit::BenchError;
+use crate::output::OutputError;
+use std::fs;
+use std::path::{Path, PathBuf};
+use vantage_dataset::layout::bigbird::{BigBirdWriter, CAMERAS};
+use vantage_dataset::layout::object_name;
+use vantage_dataset::{Capture, Episode, Pose, Seed};
+use vantage_sim::rollout::Rollout;
+use vantage_sim::scene::{CheckedScene, PathSpec};
+
+/// Marks an object's folder as finished.
+const LAST: &str = "calibration.h5";
+const WORK: &str = ".partial";
+
+/// Folders of objects.
+pub struct BigBird {
+    root: PathBuf,
+    /// Degrees between two angles.
+    degrees: u32,
+    object: Option<(BigBirdWriter, String)>,
+}
+
+impl BigBird {
+    /// Below `root`.
+    pub fn open(root: &Path, scene: &CheckedScene) -> Result<Self, BenchError> {
+        let unsuitable = |reason: String| BenchError::Unsuitable { format: "bigbird", reason };
+        let PathSpec::Turntable { elevations_deg, angles, .. } = &scene.robot().path else {
+            return Err(unsuitable("robot.path is none of turntable".to_owned()));
+        };
+        if elevations_deg.len() != CAMERAS {
+            let got = elevations_deg.len();
+            return Err(unsuitable(format!(
+                "the rig has {CAMERAS} cameras, robot.path.turntable {got} elevations"
+            )));
+        }
+        if 360 % angles != 0 {
+            return Err(unsuitable(format!(
+                "angles are whole degrees, and robot.path.turntable.angles, {angles}, does not divide 360"
+            )));
+        }
+        Ok(Self { root: root.to_owned(), degrees: 360 / angles, object: None })
+    }
+
+    fn cannot(&self) -> impl Fn(std::io::Error) -> OutputError + use<> {
+        let path = self.root.clone();
+        move |source| OutputError { path: path.clone(), source }
+    }
+}
+
+impl Format for BigBird {
+    fn need(&mut self, _: Seed, _: &Index) -> Result<Need, BenchError> {
+        Ok(Need::Captures)
+    }
+
+    fn wants(&mut self, rollout: &Rollout) -> bool {
+        let objects = rollout.world.truth();
+        !objects.iter().all(|object| self.root.join(object_name(object)).join(LAST).exists())
+    }
+
+    fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
+        let work = self.root.join(WORK);
+        if work.exists() {
+            fs::remove_dir_all(&work).map_err(self.cannot())?;
+        }
+        fs::create_dir_all(&work).map_err(self.cannot())?;
+        let objects = rollout.world.truth();
+        let Some(object) = objects.first() else { return Ok(()) };
+        let height = rollout.world.furnishing.stands.first().map_or(0.0, |stand| stand.height);
+        let world_from_table = Pose::translation(0.0, 0.0, height);
+        let writer = BigBirdWriter::create(&work, object, 0, world_from_table)?;
+        self.object = Some((writer, object_name(object)));
+        Ok(())
+    }
+
+    fn image(&mut self, step: usize, capture: &Capture) -> Result<(), BenchError> {
+        let Some((writer, _)) = &mut self.object else { return Ok(()) };
+        let (angle, camera) = ((step / CAMERAS) as u32 * self.degrees, step % CAMERAS + 1);
+        Ok(writer.push(camera, angle, capture)?)
+    }
+
+    fn episode(&mut self, _: &Episode) -> Result<(), BenchError> {
+        let Some((writer, name)) = self.object.take() else { return Ok(()) };
+        writer.finish()?;
+        let (work, folder) = (self.root.join(WORK), self.root.join(&name));
+        if folder.exists() {
+            return Err(BenchError::NotOurs { folder });
+        }
+        fs::rename(work.join(&name), &folder)
+            .and_then(|()| fs::remove_dir_all(&work))
+            .map_err(self.cannot())?;
+        Ok(())
+    }
+}
