@@ -162,6 +162,11 @@ impl LayoutManifest {
     pub(super) fn write_finished(&mut self, folder: &Path) -> Result<(), StoreError> {
         self.seal = self.computed_seal();
         write_json(&folder.join(FINISHED), self)?;
+        self.clear_partial(folder)
+    }
+
+    /// Removes what a run leaves that was killed just after it had committed the dataset.
+    pub(super) fn clear_partial(&self, folder: &Path) -> Result<(), StoreError> {
         remove_if_there(&folder.join(PARTIAL))
     }
 

@@ -22,6 +22,8 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 const WORK: &str = ".partial";
+/// The first manifest, before it is put in place.
+const BEGINNING: &str = "manifest.partial.json.tmp";
 
 /// A dataset folder that was opened for writing.
 #[derive(Debug)]
@@ -71,7 +73,7 @@ impl ShardedFolder {
     ) -> Result<Opened<Self>, StoreError> {
         let mut asked = Manifest::new(layout, options, provenance);
         let Some((mut manifest, finished)) = Manifest::find(root)? else {
-            if holds_any(root)? {
+            if holds_foreign(root)? {
                 return Err(StoreError::Foreign { folder: root.to_owned() });
             }
             make_folder(&root.join(WORK))?;
@@ -90,6 +92,7 @@ impl ShardedFolder {
         } else if finished {
             damage = manifest.damaged_file(root)?;
             if damage.is_none() {
+                manifest.clear_partial(root)?;
                 return Ok(Opened::Finished(manifest));
             }
         }
@@ -173,13 +176,21 @@ impl ShardedFolder {
     }
 }
 
-fn holds_any(folder: &Path) -> Result<bool, StoreError> {
-    match fs::read_dir(folder) {
-        Ok(mut entries) => Ok(entries.next().is_some()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) if error.kind() == ErrorKind::NotADirectory => Ok(true),
-        Err(error) => Err(StoreError::read(folder)(error)),
+/// Whether a folder without a manifest holds more than a run leaves that was killed as it began.
+fn holds_foreign(folder: &Path) -> Result<bool, StoreError> {
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+        Err(error) if error.kind() == ErrorKind::NotADirectory => return Ok(true),
+        Err(error) => return Err(StoreError::read(folder)(error)),
+    };
+    for entry in entries {
+        let name = entry.map_err(StoreError::read(folder))?.file_name();
+        if name != WORK && name != BEGINNING {
+            return Ok(true);
+        }
     }
+    Ok(false)
 }
 
 /// Removes a file or a folder, if it is there.

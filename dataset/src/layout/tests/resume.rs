@@ -122,6 +122,22 @@ fn a_damaged_shard_of_an_interrupted_run_is_written_again() {
 }
 
 #[test]
+fn a_run_can_be_killed_as_it_begins_and_as_it_ends() {
+    let options = crop_options(CropLayout::WebDataset, 10);
+    let (whole, folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    write_crops(whole.path(), options.clone(), samples(5));
+    fs::create_dir(folder.path().join(".partial")).unwrap();
+    fs::write(folder.path().join("manifest.partial.json.tmp"), "{").unwrap();
+    write_crops(folder.path(), options.clone(), samples(5));
+    assert!(files(folder.path()) == files(whole.path()));
+
+    fs::write(folder.path().join("manifest.partial.json"), "as it was before manifest.json").unwrap();
+    let reopened = CropWriter::open(folder.path(), options, provenance()).unwrap();
+    assert!(matches!(reopened, Opened::Finished(_)));
+    assert!(files(folder.path()) == files(whole.path()));
+}
+
+#[test]
 fn what_a_killed_run_left_is_cleared_away() {
     let options = crop_options(CropLayout::WebDataset, 10);
     let (whole, folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
