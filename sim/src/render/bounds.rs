@@ -1,20 +1,22 @@
 //! Which placements a window can show.
 
+use super::projection::pixels_from_model;
 use super::{NEAR, Placement, Shot};
 use crate::model::Model;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 use vantage_dataset::{Camera, Pose};
 
-/// A sphere around a mesh, in the model's frame.
+/// A box around a mesh, along the axes of the model's frame, and a sphere with the same centre.
 #[derive(Clone, Copy, Debug)]
-struct Sphere {
+struct Hull {
     center: Point3<f64>,
+    half_extents: Vector3<f64>,
     radius: f64,
 }
 
-impl Sphere {
+impl Hull {
     fn around(positions: &[[f32; 3]]) -> Self {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
@@ -30,10 +32,33 @@ impl Sphere {
             .map(|position| (Point3::from(position.map(f64::from)) - center).norm_squared())
             .fold(0.0, f64::max)
             .sqrt();
-        Self { center, radius }
+        let half_extents = Vector3::from_fn(|axis, _| (high[axis] - low[axis]) / 2.0);
+        Self { center, half_extents, radius }
     }
 
-    fn meets(&self, camera_from_model: &Pose, camera: &Camera) -> bool {
+    fn meets(&self, placement: &Placement, shot: &Shot) -> bool {
+        let camera_from_model = shot.world_from_camera.inv_mul(&placement.world_from_model);
+        self.sphere_meets(&camera_from_model, &shot.camera) && self.box_meets(placement, shot)
+    }
+
+    fn box_meets(&self, placement: &Placement, shot: &Shot) -> bool {
+        let pixels_from_model = pixels_from_model(shot, placement);
+        let (x, y, z) = (pixels_from_model.row(0), pixels_from_model.row(1), pixels_from_model.row(2));
+        let (right, bottom) = (f64::from(shot.camera.width), f64::from(shot.camera.height));
+        let reaches = |a: f64, b: f64, c: f64, least: f64| {
+            let side = x * a + y * b + z * c;
+            let most: f64 =
+                (0..3).map(|i| side[i] * self.center[i] + side[i].abs() * self.half_extents[i]).sum();
+            most + side[3] >= least
+        };
+        reaches(0.0, 0.0, 1.0, NEAR)
+            && reaches(1.0, 0.0, 0.0, 0.0)
+            && reaches(-1.0, 0.0, right, 0.0)
+            && reaches(0.0, 1.0, 0.0, 0.0)
+            && reaches(0.0, -1.0, bottom, 0.0)
+    }
+
+    fn sphere_meets(&self, camera_from_model: &Pose, camera: &Camera) -> bool {
         let p = camera_from_model * self.center;
         let (right, bottom) = (f64::from(camera.width), f64::from(camera.height));
         let sides = [
@@ -49,12 +74,12 @@ impl Sphere {
     }
 }
 
-/// Spheres around the models met so far.
+/// Hulls of the models met so far.
 ///
 /// Keys are addresses; each entry's [`Weak`] keeps its address from being given to another model.
 #[derive(Debug, Default)]
 pub(super) struct Bounds {
-    spheres: HashMap<usize, (Weak<Model>, Sphere)>,
+    hulls: HashMap<usize, (Weak<Model>, Hull)>,
     prune_at: usize,
 }
 
@@ -62,22 +87,19 @@ impl Bounds {
     /// Measures the models of `placements` that are new.
     pub fn learn(&mut self, placements: &[Placement]) {
         for Placement { model, .. } in placements {
-            self.spheres
+            self.hulls
                 .entry(address(model))
-                .or_insert_with(|| (Arc::downgrade(model), Sphere::around(&model.mesh.positions)));
+                .or_insert_with(|| (Arc::downgrade(model), Hull::around(&model.mesh.positions)));
         }
-        if self.spheres.len() > self.prune_at {
-            self.spheres.retain(|_, (model, _)| model.strong_count() > 0);
-            self.prune_at = 2 * self.spheres.len() + 1024;
+        if self.hulls.len() > self.prune_at {
+            self.hulls.retain(|_, (model, _)| model.strong_count() > 0);
+            self.prune_at = 2 * self.hulls.len() + 1024;
         }
     }
 
     /// Whether any of a placement, whose model was learnt, can appear in a shot's image.
     pub fn meets(&self, placement: &Placement, shot: &Shot) -> bool {
-        let camera_from_model = shot.world_from_camera.inv_mul(&placement.world_from_model);
-        self.spheres
-            .get(&address(&placement.model))
-            .is_none_or(|(_, sphere)| sphere.meets(&camera_from_model, &shot.camera))
+        self.hulls.get(&address(&placement.model)).is_none_or(|(_, hull)| hull.meets(placement, shot))
     }
 }
 

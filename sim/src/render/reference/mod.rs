@@ -10,13 +10,18 @@ mod raster;
 mod shade;
 mod tables;
 mod view;
+mod widest;
 
 use super::bounds::Bounds;
-use super::{Frame, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
+use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
 use shade::Shader;
 use view::View;
+use widest::widest;
+
+/// Rows of a frame that are shaded together.
+const BAND: usize = 16;
 
 /// The reference renderer.
 #[derive(Debug, Default)]
@@ -40,16 +45,31 @@ impl Renderer for ReferenceRenderer {
     fn frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
         shot.check()?;
         self.bounds.learn(&scene.placements);
-        self.canvas.clear(shot.camera.width, shot.camera.height);
-        draw(&mut self.canvas, &self.bounds, scene, shot, |_| true);
-        let (rgb, ids) = Shader::new(scene).shade(&self.canvas);
-        Ok(Frame {
-            width: shot.camera.width,
-            height: shot.camera.height,
-            rgb,
-            depth: self.canvas.inverse_depth.iter().map(|inverse| 1.0 / inverse).collect(),
-            ids,
-        })
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        let Self { bounds, canvas } = self;
+        canvas.clear(width, height);
+        widest(
+            #[inline(always)]
+            || draw(canvas, bounds, scene, shot, |_| true),
+        );
+        let pixels = canvas.nearest().len();
+        let (mut rgb, mut ids, mut depth) = (vec![0; 3 * pixels], vec![NO_OBJECT; pixels], vec![0.0; pixels]);
+        let band = BAND * width as usize;
+        let outputs =
+            rgb.par_chunks_mut(3 * band).zip(ids.par_chunks_mut(band)).zip(depth.par_chunks_mut(band));
+        let inputs = canvas.nearest().par_chunks(band).zip(canvas.inverse_depth().par_chunks(band));
+        outputs.zip(inputs).enumerate().for_each(|(number, (((rgb, ids), depth), pixels))| {
+            widest(
+                #[inline(always)]
+                || {
+                    shade(canvas, scene, BAND * number, pixels, (rgb, ids));
+                    for (depth, inverse) in depth.iter_mut().zip(pixels.1) {
+                        *depth = 1.0 / inverse;
+                    }
+                },
+            );
+        });
+        Ok(Frame { width, height, rgb, depth, ids })
     }
 
     fn tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
@@ -60,21 +80,30 @@ impl Renderer for ReferenceRenderer {
         let bounds = &self.bounds;
         Ok(shots
             .par_iter()
-            .map_init(Canvas::default, |canvas, shot| tile(canvas, bounds, shot, side))
+            .map_init(Canvas::default, |canvas, shot| {
+                widest(
+                    #[inline(always)]
+                    || tile(canvas, bounds, shot, side),
+                )
+            })
             .collect())
     }
 }
 
+#[inline(always)]
 fn tile(canvas: &mut Canvas, bounds: &Bounds, shot: &TileShot<'_>, side: u32) -> Tile {
     let window = shot.window(side);
     canvas.clear(side, side);
     draw(canvas, bounds, shot.scene, &window, |id| id == shot.target);
     let amodal_pixels = canvas.covered();
     draw(canvas, bounds, shot.scene, &window, |id| id != shot.target);
-    let (rgb, ids) = Shader::new(shot.scene).shade(canvas);
+    let pixels = (side * side) as usize;
+    let (mut rgb, mut ids) = (vec![0; 3 * pixels], vec![NO_OBJECT; pixels]);
+    shade(canvas, shot.scene, 0, (canvas.nearest(), canvas.inverse_depth()), (&mut rgb, &mut ids));
     Tile { side, rgb, ids, amodal_pixels }
 }
 
+#[inline(always)]
 fn draw(
     canvas: &mut Canvas,
     bounds: &Bounds,
@@ -87,5 +116,23 @@ fn draw(
             let view = View::new(shot, placement, &scene.light);
             canvas.draw(&view, &placement.model.mesh, index as u32);
         }
+    }
+}
+
+/// Shades the rows from `top` on.
+#[inline(always)]
+fn shade(
+    canvas: &Canvas,
+    scene: &RenderScene,
+    top: usize,
+    (nearest, inverse_depth): (&[u32], &[f32]),
+    (rgb, ids): (&mut [u8], &mut [u32]),
+) {
+    let width = canvas.width as usize;
+    let shader = Shader::new(scene);
+    let rows = nearest.chunks_exact(width).zip(inverse_depth.chunks_exact(width));
+    let outputs = rgb.as_chunks_mut().0.chunks_exact_mut(width).zip(ids.chunks_exact_mut(width));
+    for ((row, row_in), row_out) in (top as i32..).zip(rows).zip(outputs) {
+        shader.shade_row(&canvas.facets, row, row_in, row_out);
     }
 }

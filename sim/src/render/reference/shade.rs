@@ -1,24 +1,81 @@
 //! Colour of each pixel: trilinear albedo times light.
+//!
+//! Pixels are shaded in batches, step by step, so that the compiler can do several at once.
 
 use super::super::{Light, NO_OBJECT, RenderScene};
-use super::canvas::{Canvas, NO_FACET};
-use super::raster::{Facet, PlaneRow};
+use super::canvas::NO_FACET;
+use super::raster::Facet;
 use super::tables::{LEVEL_STEPS, TABLES, Tables, round_small};
-use crate::texture::Texture;
+use std::ops::Range;
 
 /// Steps of a texel, and of a mip level.
 const STEPS: i32 = 256;
 
-/// Low bytes of four 16-bit lanes.
-const LANES: u64 = 0x00ff_00ff_00ff_00ff;
+/// Pixels of a row that are shaded together.
+const BATCH: usize = 32;
 
-/// One half of the lanes' steps.
-const HALVES: u64 = 0x0080_0080_0080_0080;
+/// Pixels that a run's constants are stored for at once.
+const STRIDE: usize = 8;
 
-/// Shades what a canvas holds of a scene.
+/// A number for each pixel of a batch, with room for the last stride.
+type Lanes<T> = [T; BATCH + STRIDE];
+
+/// Shades facets of a scene.
+#[derive(Clone, Copy)]
 pub(super) struct Shader<'a> {
     scene: &'a RenderScene,
     tables: &'static Tables,
+}
+
+/// Where a facet's pixels begin, and what changes over them.
+#[derive(Debug)]
+struct Planes {
+    /// Column, counted from the facet's first.
+    column: Lanes<i32>,
+    /// u, v and `n . l`, each over depth, at the facet's first column.
+    varyings: [Lanes<f32>; 3],
+    /// Their changes along the row.
+    per_column: [Lanes<f32>; 3],
+    /// Changes of u and v over depth along a column.
+    per_row: [Lanes<f32>; 2],
+    /// Changes of 1 over depth along the row and a column.
+    nearness: [Lanes<f32>; 2],
+    /// Of the texture, and its coarsest level.
+    side: Lanes<i32>,
+    coarsest: Lanes<i32>,
+}
+
+/// Where a texture is sampled.
+#[derive(Debug)]
+struct Place {
+    /// In [`STEPS`] of the finest level's texels.
+    x: [i32; BATCH],
+    /// Likewise.
+    y: [i32; BATCH],
+    /// Square of the pixel's extent, texels of the finest level.
+    footprint: [f32; BATCH],
+    /// Level in [`STEPS`], not clamped.
+    detail: [i32; BATCH],
+}
+
+/// What is sampled.
+#[derive(Debug)]
+struct Taps {
+    level: [i32; BATCH],
+    /// Of the coarser level, in [`STEPS`].
+    fraction: [u32; BATCH],
+    /// Of the finer level and the coarser one: indices of the top left, top right, bottom left and bottom right texel.
+    indices: [[[u32; BATCH]; 4]; 2],
+    /// Likewise, in [`STEPS`].
+    weights: [[[u32; BATCH]; 4]; 2],
+    texels: [[[u32; BATCH]; 4]; 2],
+    incidence: [f32; BATCH],
+}
+
+/// Consecutive pixels of a batch on one facet.
+struct Run {
+    columns: Range<usize>,
+    facet: u32,
 }
 
 impl<'a> Shader<'a> {
@@ -26,112 +83,263 @@ impl<'a> Shader<'a> {
         Self { scene, tables: &TABLES }
     }
 
-    /// sRGB bytes and ids, row-major.
-    pub fn shade(&self, canvas: &Canvas) -> (Vec<u8>, Vec<u32>) {
-        let mut rgb = Vec::with_capacity(3 * canvas.nearest.len());
-        let mut ids = Vec::with_capacity(canvas.nearest.len());
-        let width = canvas.width as usize;
-        let rows = canvas.nearest.chunks_exact(width).zip(canvas.inverse_depth.chunks_exact(width));
-        for (row, (facets, inverse_depths)) in (0..).zip(rows) {
-            let mut column = 0;
-            for run in facets.chunk_by(PartialEq::eq) {
-                let columns = column..column + run.len();
-                column = columns.end;
-                if run[0] == NO_FACET {
-                    rgb.extend(std::iter::repeat_n(self.scene.background, run.len()).flatten());
-                    ids.extend(std::iter::repeat_n(NO_OBJECT, run.len()));
-                } else {
-                    let facet = &canvas.facets[run[0] as usize];
-                    let placement = &self.scene.placements[facet.placement as usize];
-                    let first = columns.start as i32 - facet.left;
-                    let band = Band::new(facet, &placement.model.texture, row - facet.top);
-                    for (column, inverse_depth) in (first..).zip(&inverse_depths[columns]) {
-                        rgb.extend(self.pixel(&band, column, 1.0 / inverse_depth));
+    /// Shades pixels of a row from the first column on: sRGB bytes and ids.
+    #[inline(always)]
+    pub fn shade_row(
+        &self,
+        facets: &[Facet],
+        row: i32,
+        (nearest, inverse_depth): (&[u32], &[f32]),
+        (rgb, ids): (&mut [[u8; 3]], &mut [u32]),
+    ) {
+        let mut batch = Batch::new();
+        let inputs = nearest.chunks(BATCH).zip(inverse_depth.chunks(BATCH));
+        let outputs = rgb.chunks_mut(BATCH).zip(ids.chunks_mut(BATCH));
+        for ((first, (nearest, inverse_depth)), (rgb, ids)) in (0..).step_by(BATCH).zip(inputs).zip(outputs) {
+            batch.inverse_depth[..nearest.len()].copy_from_slice(inverse_depth);
+            let drawn = self.planes(&mut batch.planes, facets, [first, row], nearest, ids);
+            if drawn {
+                batch.locate(self.tables);
+                self.fetch(&mut batch.taps, facets, nearest);
+                batch.filter();
+                self.light(&mut batch);
+            }
+            for (i, pixel) in rgb.iter_mut().enumerate() {
+                let shaded = std::array::from_fn(|channel| self.tables.encoded(batch.encoded[channel][i]));
+                *pixel = if nearest[i] == NO_FACET { self.scene.background } else { shaded };
+            }
+        }
+    }
+
+    /// What the facets are, and the ids; false if there is none.
+    #[inline(always)]
+    fn planes(
+        &self,
+        planes: &mut Planes,
+        facets: &[Facet],
+        [first, row]: [i32; 2],
+        nearest: &[u32],
+        ids: &mut [u32],
+    ) -> bool {
+        let mut drawn = false;
+        for Run { columns, facet } in runs(nearest) {
+            if facet == NO_FACET {
+                ids[columns].fill(NO_OBJECT);
+                continue;
+            }
+            drawn = true;
+            let facet = &facets[facet as usize];
+            let placement = &self.scene.placements[facet.placement as usize];
+            ids[columns.clone()].fill(placement.id);
+            let rows = facet.varyings.map(|varying| varying.row(row - facet.top));
+            let side = placement.model.texture.side() as i32;
+            for start in columns.step_by(STRIDE) {
+                let span = start..start + STRIDE;
+                for (i, column) in planes.column[span.clone()].iter_mut().enumerate() {
+                    *column = first - facet.left + (start + i) as i32;
+                }
+                for i in 0..3 {
+                    planes.varyings[i][span.clone()].fill(rows[i].value);
+                    planes.per_column[i][span.clone()].fill(rows[i].per_column);
+                }
+                for i in 0..2 {
+                    planes.per_row[i][span.clone()].fill(facet.varyings[i].per_row);
+                }
+                planes.nearness[0][span.clone()].fill(facet.inverse_depth.per_column);
+                planes.nearness[1][span.clone()].fill(facet.inverse_depth.per_row);
+                planes.side[span.clone()].fill(side);
+                planes.coarsest[span].fill(side.ilog2() as i32);
+            }
+        }
+        drawn
+    }
+
+    #[inline(always)]
+    fn fetch(&self, taps: &mut Taps, facets: &[Facet], nearest: &[u32]) {
+        for Run { columns, facet } in runs(nearest).filter(|run| run.facet != NO_FACET) {
+            let placement = facets[facet as usize].placement as usize;
+            let levels = &self.scene.placements[placement].model.texture.levels;
+            for i in columns {
+                let level = taps.level[i] as usize;
+                let fine = &levels[level];
+                for tap in 0..4 {
+                    taps.texels[0][tap][i] = u32::from_le_bytes(fine[taps.indices[0][tap][i] as usize]);
+                }
+                if taps.fraction[i] != 0 {
+                    let coarse = &levels[level + 1];
+                    for tap in 0..4 {
+                        taps.texels[1][tap][i] = u32::from_le_bytes(coarse[taps.indices[1][tap][i] as usize]);
                     }
-                    ids.extend(std::iter::repeat_n(placement.id, run.len()));
                 }
             }
         }
-        (rgb, ids)
     }
 
-    fn pixel(&self, band: &Band<'_>, column: i32, depth: f32) -> [u8; 3] {
-        let [u, v, incidence] = band.varyings.map(|varying| varying.at(column) * depth);
-        let [over_u, over_v, nearness] = band.slopes;
-        let along = |axis: usize| {
-            let [u, v] = [over_u[axis] - u * nearness[axis], over_v[axis] - v * nearness[axis]];
-            u * u + v * v
-        };
-        let texels = depth * band.texture.side() as f32;
-        let footprint = along(0).max(along(1)) * (texels * texels);
-        let albedo = sample(band.texture, u, v, self.tables.half_log2(footprint));
+    #[inline(always)]
+    fn light(&self, batch: &mut Batch) {
         let Light { ambient, diffuse, .. } = &self.scene.light;
-        let incidence = incidence.max(0.0);
-        std::array::from_fn(|channel| {
-            let linear = self.tables.linear(albedo[channel]);
-            self.tables.encode(linear * (ambient[channel] + diffuse[channel] * incidence))
-        })
-    }
-}
-
-/// What is the same along a row of a facet.
-#[derive(Debug)]
-struct Band<'a> {
-    texture: &'a Texture,
-    /// u, v and `n . l`, each over depth.
-    varyings: [PlaneRow; 3],
-    /// Changes of u over depth, of v over depth, and of 1 over depth: a column on, and a row on.
-    slopes: [[f32; 2]; 3],
-}
-
-impl<'a> Band<'a> {
-    fn new(facet: &Facet, texture: &'a Texture, row: i32) -> Self {
-        let [u, v, _] = &facet.varyings;
-        Self {
-            texture,
-            varyings: facet.varyings.map(|varying| varying.row(row)),
-            slopes: [u, v, &facet.inverse_depth].map(|plane| [plane.per_column, plane.per_row]),
+        for channel in 0..3 {
+            for i in 0..BATCH {
+                batch.linear[i] = self.tables.linear(batch.albedo[channel][i]);
+            }
+            for i in 0..BATCH {
+                let incidence = batch.taps.incidence[i].max(0.0);
+                let linear = batch.linear[i] * (ambient[channel] + diffuse[channel] * incidence);
+                batch.encoded[channel][i] = Tables::encoding(linear);
+            }
         }
     }
 }
 
-/// Trilinear filtering with repeating coordinates at a level of detail in [`STEPS`]; RGB in [`LEVEL_STEPS`] of a level.
-fn sample(texture: &Texture, u: f32, v: f32, detail: i32) -> [usize; 3] {
-    let coarsest = texture.levels.len() as i32 - 1;
-    let detail = detail.clamp(0, coarsest * STEPS);
-    let (level, fraction) = ((detail / STEPS) as usize, (detail % STEPS) as u64);
-    let [x, y] = [u, v].map(|along| round_small(along * (texture.side() as i32 * STEPS) as f32));
-    let bilinear =
-        |level: usize| bilinear(&texture.levels[level], texture.side() >> level, x >> level, y >> level);
-    let fine = bilinear(level);
-    let mixed = if fraction == 0 {
-        fine
-    } else {
-        let coarse = bilinear(level + 1);
-        let rounded = |lanes: u64| ((lanes + HALVES) >> 8) & LANES;
-        rounded(fine) * (STEPS as u64 - fraction) + rounded(coarse) * fraction
-    };
-    let channel = |shift: u32| {
-        let steps = (mixed >> shift) as usize & 0xffff;
-        (steps + STEPS as usize / LEVEL_STEPS / 2) / (STEPS as usize / LEVEL_STEPS)
-    };
-    [channel(0), channel(32), channel(16)]
+/// Pixels being shaded.
+#[derive(Debug)]
+struct Batch {
+    inverse_depth: [f32; BATCH],
+    planes: Planes,
+    place: Place,
+    taps: Taps,
+    /// Of the finer level and the coarser one, in [`STEPS`] of a level, 16 bits each.
+    red_blue: [[u32; BATCH]; 2],
+    green: [[u32; BATCH]; 2],
+    /// RGB in [`LEVEL_STEPS`] of a level.
+    albedo: [[u32; BATCH]; 3],
+    linear: [f32; BATCH],
+    /// RGB as indices of the encoding table.
+    encoded: [[u32; BATCH]; 3],
 }
 
-/// The four texels around a point given in [`STEPS`] of a texel; 16-bit lanes R, B, G, A in [`STEPS`].
-fn bilinear(texels: &[[u8; 4]], side: usize, x: i32, y: i32) -> u64 {
-    let (x, y) = (x.wrapping_sub(STEPS / 2), y.wrapping_sub(STEPS / 2));
-    let wrap = |texel: i32| texel as usize & (side - 1);
-    let (left, right) = (wrap(x >> 8), wrap((x >> 8) + 1));
-    let (top, bottom) = (wrap(y >> 8) * side, wrap((y >> 8) + 1) * side);
-    let (fx, fy) = ((x & 255) as u64, (y & 255) as u64);
-    let both = (fx * fy) >> 8;
-    let lanes = |index: usize| {
-        let texel = u64::from(u32::from_le_bytes(texels[index]));
-        (texel | texel << 24) & LANES
-    };
-    lanes(top + left) * (STEPS as u64 - fx - fy + both)
-        + lanes(top + right) * (fx - both)
-        + lanes(bottom + left) * (fy - both)
-        + lanes(bottom + right) * both
+impl Batch {
+    fn new() -> Self {
+        let zeros = [0.0; BATCH + STRIDE];
+        Self {
+            inverse_depth: [0.0; BATCH],
+            planes: Planes {
+                column: [0; BATCH + STRIDE],
+                varyings: [zeros; 3],
+                per_column: [zeros; 3],
+                per_row: [zeros; 2],
+                nearness: [zeros; 2],
+                side: [1; BATCH + STRIDE],
+                coarsest: [0; BATCH + STRIDE],
+            },
+            place: Place { x: [0; BATCH], y: [0; BATCH], footprint: [0.0; BATCH], detail: [0; BATCH] },
+            taps: Taps {
+                level: [0; BATCH],
+                fraction: [0; BATCH],
+                indices: [[[0; BATCH]; 4]; 2],
+                weights: [[[0; BATCH]; 4]; 2],
+                texels: [[[0; BATCH]; 4]; 2],
+                incidence: [0.0; BATCH],
+            },
+            red_blue: [[0; BATCH]; 2],
+            green: [[0; BATCH]; 2],
+            albedo: [[0; BATCH]; 3],
+            linear: [0.0; BATCH],
+            encoded: [[0; BATCH]; 3],
+        }
+    }
+
+    /// Where the texture is sampled: the coordinates, and the level of detail of the pixel's footprint.
+    #[inline(always)]
+    fn locate(&mut self, tables: &Tables) {
+        let Self { planes, taps, place, .. } = self;
+        for i in 0..BATCH {
+            let depth = 1.0 / self.inverse_depth[i];
+            let column = planes.column[i] as f32;
+            let at = |varying: usize| {
+                (planes.varyings[varying][i] + planes.per_column[varying][i] * column) * depth
+            };
+            let (u, v) = (at(0), at(1));
+            taps.incidence[i] = at(2);
+            let squared = |over_u: f32, over_v: f32, nearness: f32| {
+                let (u, v) = (over_u - u * nearness, over_v - v * nearness);
+                u * u + v * v
+            };
+            let along_row = squared(planes.per_column[0][i], planes.per_column[1][i], planes.nearness[0][i]);
+            let along_column = squared(planes.per_row[0][i], planes.per_row[1][i], planes.nearness[1][i]);
+            let side = planes.side[i] as f32;
+            let texels = depth * side;
+            place.footprint[i] =
+                if along_row > along_column { along_row } else { along_column } * (texels * texels);
+            let steps = side * STEPS as f32;
+            place.x[i] = round_small(u * steps);
+            place.y[i] = round_small(v * steps);
+        }
+        for i in 0..BATCH {
+            place.detail[i] = tables.half_log2(place.footprint[i]);
+        }
+        for i in 0..BATCH {
+            let detail = place.detail[i].clamp(0, planes.coarsest[i] * STEPS);
+            taps.level[i] = detail >> 8;
+            taps.fraction[i] = (detail & 255) as u32;
+        }
+        for which in 0..2 {
+            let (indices, weights) = (&mut taps.indices[which], &mut taps.weights[which]);
+            for i in 0..BATCH {
+                let coarsest = planes.coarsest[i];
+                let level = (taps.level[i] + which as i32).min(coarsest) & 31;
+                let (x, y) = (
+                    (place.x[i] >> level).wrapping_sub(STEPS / 2),
+                    (place.y[i] >> level).wrapping_sub(STEPS / 2),
+                );
+                let shift = (coarsest - level) & 31;
+                let last = (1 << shift) - 1;
+                let (left, right) = ((x >> 8) & last, ((x >> 8) + 1) & last);
+                let (top, bottom) = (((y >> 8) & last) << shift, (((y >> 8) + 1) & last) << shift);
+                let (fx, fy) = ((x & 255) as u32, (y & 255) as u32);
+                let both = (fx * fy) >> 8;
+                indices[0][i] = (top + left) as u32;
+                indices[1][i] = (top + right) as u32;
+                indices[2][i] = (bottom + left) as u32;
+                indices[3][i] = (bottom + right) as u32;
+                weights[0][i] = STEPS as u32 + both - fx - fy;
+                weights[1][i] = fx - both;
+                weights[2][i] = fy - both;
+                weights[3][i] = both;
+            }
+        }
+    }
+
+    /// Mixes the texels.
+    #[inline(always)]
+    fn filter(&mut self) {
+        // Red and blue go together, in 16 bits each.
+        const PAIR: u32 = 0x00ff_00ff;
+        for which in 0..2 {
+            let (texels, weights) = (&self.taps.texels[which], &self.taps.weights[which]);
+            for i in 0..BATCH {
+                let red_blue = |tap: usize| (texels[tap][i] & PAIR) * weights[tap][i];
+                let green = |tap: usize| ((texels[tap][i] >> 8) & 0xff) * weights[tap][i];
+                self.red_blue[which][i] = red_blue(0) + red_blue(1) + red_blue(2) + red_blue(3);
+                self.green[which][i] = green(0) + green(1) + green(2) + green(3);
+            }
+        }
+        for i in 0..BATCH {
+            let fraction = self.taps.fraction[i];
+            let mixed = |fine: u32, coarse: u32| {
+                let rounded = |pair: u32| ((pair + 0x0080_0080) >> 8) & PAIR;
+                let mixed = rounded(fine) * (STEPS as u32 - fraction) + rounded(coarse) * fraction;
+                if fraction == 0 { fine } else { mixed }
+            };
+            let red_blue = mixed(self.red_blue[0][i], self.red_blue[1][i]);
+            let green = mixed(self.green[0][i], self.green[1][i]);
+            let levels = |steps: u32| {
+                (steps + STEPS as u32 / LEVEL_STEPS as u32 / 2) / (STEPS as u32 / LEVEL_STEPS as u32)
+            };
+            self.albedo[0][i] = levels(red_blue & 0xffff);
+            self.albedo[1][i] = levels(green);
+            self.albedo[2][i] = levels(red_blue >> 16);
+        }
+    }
+}
+
+/// The runs of a batch's pixels.
+#[inline(always)]
+fn runs(nearest: &[u32]) -> impl Iterator<Item = Run> + '_ {
+    let mut start = 0;
+    nearest.chunk_by(PartialEq::eq).map(move |run| {
+        let columns = start..start + run.len();
+        start = columns.end;
+        Run { columns, facet: run[0] }
+    })
 }

@@ -27,17 +27,25 @@ pub(super) static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
 
 impl Tables {
     /// Linear light of an sRGB-encoded value in [`LEVEL_STEPS`] of a level.
-    pub fn linear(&self, encoded: usize) -> f32 {
-        self.linear[encoded % (256 * LEVEL_STEPS)]
+    #[inline(always)]
+    pub fn linear(&self, encoded: u32) -> f32 {
+        self.linear[encoded as usize % (256 * LEVEL_STEPS)]
     }
 
-    /// The sRGB level of linear light, clamped to `[0, 1]`.
-    pub fn encode(&self, linear: f32) -> u8 {
-        let index = round_small((linear * (ENCODED - 1) as f32).clamp(0.0, (ENCODED - 1) as f32));
-        self.encoded[index as usize % ENCODED]
+    /// The index, for [`encoded`](Self::encoded), of linear light, clamped to `[0, 1]`.
+    #[inline(always)]
+    pub fn encoding(linear: f32) -> u32 {
+        round_small((linear * (ENCODED - 1) as f32).clamp(0.0, (ENCODED - 1) as f32)) as u32
+    }
+
+    /// An sRGB level.
+    #[inline(always)]
+    pub fn encoded(&self, encoding: u32) -> u8 {
+        self.encoded[encoding as usize % ENCODED]
     }
 
     /// `128 log2(x)` of a positive number.
+    #[inline(always)]
     pub fn half_log2(&self, x: f32) -> i32 {
         let bits = x.to_bits();
         let exponent = ((bits >> 23) & 0xff) as i32 - 127;
@@ -46,6 +54,7 @@ impl Tables {
 }
 
 /// The nearest integer of a number below 2^21 in size, and any integer for others: faster than a cast, which saturates.
+#[inline(always)]
 pub(super) fn round_small(x: f32) -> i32 {
     // A sum of this size keeps no fraction: its low bits are the integer.
     const SHIFT: f32 = 12_582_912.0;
@@ -68,11 +77,11 @@ mod tests {
     #[test]
     fn every_level_survives_decoding_and_encoding() {
         for level in 0..=255_u8 {
-            let linear = TABLES.linear(usize::from(level) * LEVEL_STEPS);
-            let back = TABLES.encode(linear);
+            let linear = TABLES.linear(u32::from(level) * LEVEL_STEPS as u32);
+            let back = TABLES.encoded(Tables::encoding(linear));
             assert!(back.abs_diff(level) <= 1, "{level} -> {linear} -> {back}");
         }
-        assert_eq!(TABLES.encode(7.0), 255);
+        assert_eq!(TABLES.encoded(Tables::encoding(7.0)), 255);
     }
 
     #[test]

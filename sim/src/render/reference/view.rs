@@ -12,13 +12,13 @@ pub(super) const GUARD: f64 = 8192.0;
 
 /// Sides of the window on which a vertex lies outside.
 pub(super) mod outside {
-    pub const LEFT: u8 = 1;
-    pub const RIGHT: u8 = 2;
-    pub const TOP: u8 = 4;
-    pub const BOTTOM: u8 = 8;
-    pub const NEAR: u8 = 16;
+    pub const LEFT: u32 = 1;
+    pub const RIGHT: u32 = 2;
+    pub const TOP: u32 = 4;
+    pub const BOTTOM: u32 = 8;
+    pub const NEAR: u32 = 16;
     /// Of the guard band, not of the window.
-    pub const GUARD: u8 = 32;
+    pub const GUARD: u32 = 32;
 }
 
 /// A projected vertex.
@@ -31,8 +31,11 @@ pub(super) struct Vertex {
     /// 1 / depth, 1/m; unset where clipping is needed.
     pub inverse_depth: f32,
     /// Bits of [`outside`].
-    pub outside: u8,
+    pub outside: u32,
 }
+
+/// Vertices that are projected together.
+const BATCH: usize = 8;
 
 /// A placement before a camera.
 #[derive(Clone, Copy, Debug)]
@@ -54,29 +57,51 @@ impl View {
     }
 
     /// `[column * depth, row * depth, depth]`.
+    #[inline(always)]
     pub fn homogeneous(&self, position: [f32; 3]) -> [f64; 3] {
         let [x, y, z] = position.map(f64::from);
         let m = &self.pixels_from_model;
         std::array::from_fn(|row| m[(row, 0)] * x + m[(row, 1)] * y + (m[(row, 2)] * z + m[(row, 3)]))
     }
 
-    pub fn vertex(&self, position: [f32; 3]) -> Vertex {
-        let [x, y, z] = self.homogeneous(position);
-        let bit = |condition: bool, bit: u8| if condition { bit } else { 0 };
-        let mut sides = bit(x < 0.0, outside::LEFT)
-            | bit(x > self.width * z, outside::RIGHT)
-            | bit(y < 0.0, outside::TOP)
-            | bit(y > self.height * z, outside::BOTTOM);
-        if z < NEAR {
-            return Vertex { x: 0, y: 0, inverse_depth: 0.0, outside: sides | outside::NEAR };
+    /// Replaces `vertices` by the positions projected.
+    #[inline(always)]
+    pub fn project(&self, positions: &[[f32; 3]], vertices: &mut Vec<Vertex>) {
+        vertices.clear();
+        let mut batch = [[0.0; 3]; BATCH];
+        for positions in positions.chunks(BATCH) {
+            batch[..positions.len()].copy_from_slice(positions);
+            let mut projected = [Vertex { x: 0, y: 0, inverse_depth: 0.0, outside: 0 }; BATCH];
+            for (vertex, position) in projected.iter_mut().zip(batch) {
+                *vertex = self.vertex(position);
+            }
+            vertices.extend_from_slice(&projected[..positions.len()]);
         }
+    }
+
+    /// Without branches, so that the compiler can do several at once.
+    #[inline(always)]
+    fn vertex(&self, position: [f32; 3]) -> Vertex {
+        let [x, y, z] = self.homogeneous(position);
+        let bit = |condition: bool, bit: u32| if condition { bit } else { 0 };
         let inverse = 1.0 / z;
         let (column, row) = (x * inverse, y * inverse);
-        sides |= bit(column.abs() > GUARD || row.abs() > GUARD, outside::GUARD);
-        Vertex { x: snap(column), y: snap(row), inverse_depth: inverse as f32, outside: sides }
+        Vertex {
+            x: snap(column),
+            y: snap(row),
+            inverse_depth: inverse as f32,
+            outside: bit(x < 0.0, outside::LEFT)
+                | bit(x > self.width * z, outside::RIGHT)
+                | bit(y < 0.0, outside::TOP)
+                | bit(y > self.height * z, outside::BOTTOM)
+                | bit(z < NEAR, outside::NEAR)
+                | bit(column.abs() > GUARD, outside::GUARD)
+                | bit(row.abs() > GUARD, outside::GUARD),
+        }
     }
 
     /// `n . l`.
+    #[inline(always)]
     pub fn incidence(&self, normal: [f32; 3]) -> f32 {
         let l = self.light_in_model;
         normal[0] * l[0] + normal[1] * l[1] + normal[2] * l[2]
@@ -84,8 +109,9 @@ impl View {
 }
 
 /// The nearest subpixel, halves up.
+#[inline(always)]
 pub(super) fn snap(pixels: f64) -> i32 {
     // Made positive, so that the cast, which truncates, takes the floor: f64::floor is a call on SSE2.
     const ABOVE_ZERO: i32 = 2 * GUARD as i32 * SUBPIXELS;
-    (pixels * f64::from(SUBPIXELS) + (f64::from(ABOVE_ZERO) + 0.5)) as i32 - ABOVE_ZERO
+    ((pixels * f64::from(SUBPIXELS) + (f64::from(ABOVE_ZERO) + 0.5)) as i32).wrapping_sub(ABOVE_ZERO)
 }

@@ -49,9 +49,19 @@ fn albedo(uv: vec2f) -> vec3f {
     let footprint = max(dot(along_row, along_row), dot(along_column, along_column));
     let detail = clamp(0.5 * log2(footprint), 0.0, coarsest);
     let level = floor(detail);
-    let fine = textureSampleLevel(textures, bilinear, uv, item.layer, level).rgb;
-    let coarse = textureSampleLevel(textures, bilinear, uv, item.layer, min(level + 1.0, coarsest)).rgb;
-    return mix(fine, coarse, detail - level);
+    let fraction = detail - level;
+    // A loop, which lavapipe leaves where no pixel of a vector wants the coarser level; of a condition it would do both sides.
+    var mixed = vec3f(0.0);
+    var next = level;
+    loop {
+        let texel = textureSampleLevel(textures, bilinear, uv, item.layer, min(next, coarsest)).rgb;
+        mixed = select(mix(mixed, texel, fraction), texel, next == level);
+        next += 1.0;
+        if (next > level + ceil(fraction)) {
+            break;
+        }
+    }
+    return mixed;
 }
 
 @fragment
