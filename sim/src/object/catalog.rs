@@ -34,7 +34,7 @@ impl<'a> Catalog<'a> {
     }
 
     /// How many different objects there are; `None` if there is no end of them.
-    pub fn len(&self) -> Option<usize> {
+    pub fn supply(&self) -> Option<usize> {
         let meshes = || self.meshes.iter().filter(|mesh| mesh.split == self.split).count();
         self.families.is_empty().then(meshes)
     }

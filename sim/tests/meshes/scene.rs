@@ -146,7 +146,7 @@ fn draws_take_turns_and_end_with_the_meshes() {
     };
     let families = [Family::Can, Family::Duck];
     let mixed = Catalog::new(&families, &library, Split::Test);
-    assert_eq!(mixed.len(), None);
+    assert_eq!(mixed.supply(), None);
     assert_eq!(names(mixed.in_turn(7)), ["can", "duck", "cube_0", "can", "duck", "cube_1", "can"]);
     let mut shuffled = names(mixed.shuffled(9, Seed(3)));
     assert_ne!(shuffled, names(mixed.in_turn(9)));
@@ -154,9 +154,9 @@ fn draws_take_turns_and_end_with_the_meshes() {
     shuffled.dedup();
     assert_eq!(shuffled.len(), 5, "three different cubes among {shuffled:?}");
     let alone = Catalog::new(&[], &library, Split::Test);
-    assert_eq!((alone.len(), alone.in_turn(9).len(), alone.shuffled(9, Seed(3)).len()), (Some(5), 5, 5));
+    assert_eq!((alone.supply(), alone.in_turn(9).len(), alone.shuffled(9, Seed(3)).len()), (Some(5), 5, 5));
     let none = Catalog::new(&[], &library, Split::Train);
-    assert_eq!((none.len(), none.in_turn(9).len(), none.shuffled(9, Seed(3)).len()), (Some(0), 0, 0));
+    assert_eq!((none.supply(), none.in_turn(9).len(), none.shuffled(9, Seed(3)).len()), (Some(0), 0, 0));
 }
 
 #[test]
@@ -198,7 +198,8 @@ fn a_scene_states_units_and_what_it_cannot_mean_is_refused() {
         change(&mut spec);
         CheckedScene::new(tabletop(vec![spec], 1), Path::new("")).unwrap_err()
     };
-    let rules: [(fn(&mut MeshSpec), &str); 4] = [
+    type Change = fn(&mut MeshSpec);
+    let rules: [(Change, &str); 4] = [
         (|spec| spec.metres_per_unit = 0.0, "metres_per_unit"),
         (|spec| spec.metres_per_unit = f64::NAN, "metres_per_unit"),
         (|spec| spec.category = Some("two\nlines".to_owned()), "category"),
