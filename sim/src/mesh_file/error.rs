@@ -27,8 +27,8 @@ pub enum MeshFault {
          `tsdf`), `meshes/model.obj` (Google Scanned Objects), or folders that hold one of these"
     )]
     NoMeshInFolder,
-    /// A file that is larger than any sensible one.
-    #[error("`{name}` has {bytes} bytes, at most {limit} are read; simplify it")]
+    /// Larger than any sensible mesh.
+    #[error("`{name}` has {bytes} bytes; at most {limit} of a mesh and all it names are read: simplify it")]
     FileTooLarge {
         /// The file, as it was named.
         name: String,

@@ -6,8 +6,8 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Largest file that is read, bytes.
-pub(crate) const MAX_FILE_BYTES: u64 = 256 << 20;
+/// Most that is read of all files of a mesh together, bytes.
+const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads the files of one mesh and nothing outside its folder.
 pub(crate) struct Files<'a> {
@@ -15,12 +15,14 @@ pub(crate) struct Files<'a> {
     /// Canonical path that everything lies under.
     root: PathBuf,
     hasher: blake3::Hasher,
+    /// Bytes that may still be read.
+    left: u64,
 }
 
 impl<'a> Files<'a> {
     pub fn new(source: &'a Source) -> Result<Self, MeshFileError> {
         let root = fs::canonicalize(&source.root).map_err(|e| source.error(MeshFault::Unreadable(e)))?;
-        Ok(Self { source, root, hasher: blake3::Hasher::new() })
+        Ok(Self { source, root, hasher: blake3::Hasher::new(), left: MAX_BYTES })
     }
 
     /// This mesh cannot be used.
@@ -66,21 +68,19 @@ impl<'a> Files<'a> {
     }
 
     fn take(&mut self, path: &Path, name: &str) -> Result<Vec<u8>, Failure> {
-        let too_large =
-            |bytes| MeshFault::FileTooLarge { name: name.to_owned(), bytes, limit: MAX_FILE_BYTES };
         let metadata = fs::metadata(path)?;
         if !metadata.is_file() {
             return Err(io::Error::other("it is not a file").into());
         }
-        if metadata.len() > MAX_FILE_BYTES {
+        let too_large = |bytes| MeshFault::FileTooLarge { name: name.to_owned(), bytes, limit: MAX_BYTES };
+        if metadata.len() > self.left {
             return Err(Failure::Fault(too_large(metadata.len())));
         }
         let mut bytes = Vec::with_capacity(metadata.len() as usize);
-        File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > MAX_FILE_BYTES {
-            return Err(Failure::Fault(too_large(bytes.len() as u64)));
-        }
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes());
+        File::open(path)?.take(self.left + 1).read_to_end(&mut bytes)?;
+        let length = bytes.len() as u64;
+        self.left = self.left.checked_sub(length).ok_or(Failure::Fault(too_large(length)))?;
+        self.hasher.update(&length.to_le_bytes());
         self.hasher.update(&bytes);
         Ok(bytes)
     }

@@ -64,9 +64,22 @@ fn parse(bytes: &[u8], name: &str) -> Result<(Document, Option<Vec<u8>>), MeshFa
     if let Some(extension) = required.or(decisive) {
         return Err(MeshFault::Extension(extension));
     }
+    attributes_exist(&document)?;
     let document = Document::from_json(document.into_json())
         .map_err(|error| holding.map_or_else(|| syntax(error.to_string()), MeshFault::Extension))?;
     Ok((document, blob))
+}
+
+/// Refuses attributes without an accessor, on which the validation of the rest would panic.
+fn attributes_exist(document: &Document) -> Result<(), MeshFault> {
+    let root = document.as_json();
+    let len = root.accessors.len();
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut named = primitives.flat_map(|primitive| primitive.attributes.values().map(|index| index.value()));
+    match named.find(|&index| index >= len) {
+        Some(got) => Err(MeshFault::Index { what: "an accessor", got: got as u64, len }),
+        None => Ok(()),
+    }
 }
 
 /// All primitives of triangles with `file_from_mesh`, within the budget.
@@ -221,9 +234,10 @@ impl Reader<'_, '_> {
                 (bytes.map_err(|fault| self.files.error(fault))?, format!("number {}", image.index()))
             }
         };
-        self.soup.images.push(decode(&bytes, &name).map_err(|fault| self.files.error(fault))?);
-        self.images.insert(image.index(), self.soup.images.len() - 1);
-        Ok(self.soup.images.len() - 1)
+        let decoded = decode(&bytes, &name).and_then(|decoded| self.soup.add_image(decoded));
+        let index = decoded.map_err(|fault| self.files.error(fault))?;
+        self.images.insert(image.index(), index);
+        Ok(index)
     }
 
     fn buffer(&mut self, buffer: &gltf::Buffer<'_>) -> Result<&[u8], MeshFileError> {

@@ -109,8 +109,8 @@ fn looks(files: &mut Files<'_>, materials: &[tobj::Material]) -> Result<Soup, Me
             Some(name) => {
                 if !known.contains_key(name) {
                     let bytes = files.read(name)?;
-                    soup.images.push(decode(&bytes, name).map_err(|fault| files.error(fault))?);
-                    known.insert(name.clone(), soup.images.len() - 1);
+                    let added = decode(&bytes, name).and_then(|image| soup.add_image(image));
+                    known.insert(name.clone(), added.map_err(|fault| files.error(fault))?);
                 }
                 look.image = Some(known[name]);
             }

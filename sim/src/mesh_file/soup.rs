@@ -1,6 +1,10 @@
 //! What a mesh file says, in its own frame and unit.
 
+use super::MeshFault;
 use image::RgbImage;
+
+/// Most pixels of all images of a mesh together.
+const MAX_PIXELS: usize = 1 << 26;
 
 /// Everything a file says about shape and look.
 #[derive(Debug, Default)]
@@ -8,6 +12,18 @@ pub(crate) struct Soup {
     pub parts: Vec<Part>,
     pub materials: Vec<Material>,
     pub images: Vec<RgbImage>,
+}
+
+impl Soup {
+    /// Adds an image and returns its index.
+    pub fn add_image(&mut self, image: RgbImage) -> Result<usize, MeshFault> {
+        self.images.push(image);
+        let pixels = self.images.iter().map(|image| image.len() / 3).sum();
+        if pixels > MAX_PIXELS {
+            return Err(MeshFault::TooMany { what: "pixels of images", got: pixels, limit: MAX_PIXELS });
+        }
+        Ok(self.images.len() - 1)
+    }
 }
 
 /// Triangles of one material; indices are in range, lists as long as `positions`.

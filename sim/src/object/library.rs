@@ -12,8 +12,8 @@ use vantage_dataset::{InstanceId, Split, Symmetry};
 
 /// Most memory that the meshes of a scene may take, bytes.
 const MAX_BYTES: usize = 1_500_000_000;
-/// Meshes read at a time.
-const BATCH: usize = 16;
+/// Meshes read at a time; of a hostile one the images may take half a gigabyte.
+const BATCH: usize = 4;
 
 /// All meshes of a scene, each an object, in the order in which the scene names them.
 ///

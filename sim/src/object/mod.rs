@@ -84,16 +84,14 @@ impl Object {
         let hull = hull::hull(&mesh.positions);
         let points: Vec<Vector> = hull.iter().map(|&p| Vector::from(p)).collect();
         let volume = f64::from(SharedShape::convex_hull(&points)?.mass_properties(1.0).mass());
-        let box_volume = 8.0 * mesh.half_extents().product();
-        if volume.is_nan() || volume <= LEAST_FILLING * box_volume {
-            return None;
-        }
-        Some(Self {
+        let (size, half_extents) = (mesh.diameter(), mesh.half_extents());
+        let box_volume = 8.0 * half_extents.product();
+        (volume > LEAST_FILLING * box_volume).then(|| Self {
             id,
             family: category,
             symmetry,
-            size: mesh.diameter(),
-            half_extents: mesh.half_extents(),
+            size,
+            half_extents,
             hull,
             mass: MESH_DENSITY * volume,
             model: Arc::new(model),

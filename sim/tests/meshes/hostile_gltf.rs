@@ -6,6 +6,8 @@ use std::fs;
 use std::time::{Duration, Instant};
 use vantage_sim::mesh_file::MeshFault;
 
+type Change = fn(&mut Value);
+
 /// The fault of a changed cube, after a check that the message names the file and all of `words`.
 fn refused(change: impl FnOnce(&mut Value), words: &[&str]) -> MeshFault {
     let mut gltf = gltf_cube();
@@ -49,7 +51,10 @@ fn indices_and_ranges() {
     let fault =
         refused(|gltf| gltf["accessors"][1]["count"] = json!(7), &["vertex", "got 7, expected less than 7"]);
     assert!(matches!(fault, MeshFault::Index { got: 7, len: 7, .. }));
-    let huge: [fn(&mut Value); 7] = [
+    let attribute =
+        |gltf: &mut Value| gltf["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(9);
+    assert!(matches!(refused(attribute, &["an accessor", "got 9"]), MeshFault::Index { got: 9, len: 2, .. }));
+    let huge: [Change; 7] = [
         |gltf| gltf["accessors"][1]["count"] = json!(9),
         |gltf| gltf["accessors"][1]["byteOffset"] = json!(u64::MAX / 2),
         |gltf| gltf["bufferViews"][1]["byteOffset"] = json!(u64::MAX),
@@ -62,7 +67,7 @@ fn indices_and_ranges() {
         let fault = refused(change, &["out of range"]);
         assert!(matches!(fault, MeshFault::Index { .. }), "{i}: {fault:?}");
     }
-    let broken: [(fn(&mut Value), &str); 8] = [
+    let broken: [(Change, &str); 8] = [
         (|gltf| gltf["nodes"][0]["mesh"] = json!(5), "bad.gltf"),
         (|gltf| gltf["scene"] = json!(5), "bad.gltf"),
         (|gltf| gltf["accessors"][1]["bufferView"] = json!(5), "bad.gltf"),
@@ -83,7 +88,7 @@ fn indices_and_ranges() {
 
 #[test]
 fn nothing_to_see() {
-    let empty: [fn(&mut Value); 5] = [
+    let empty: [Change; 5] = [
         |gltf| gltf["scenes"] = json!([{ "nodes": [] }]),
         |gltf| gltf["nodes"] = json!([{ "name": "empty" }]),
         |gltf| gltf["meshes"][0]["primitives"][0]["mode"] = json!(1),

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Instant;
 use vantage_dataset::{Camera, Pose};
 use vantage_sim::mesh_file::UpAxis;
@@ -18,12 +19,17 @@ use vantage_sim::world::physics::Physics;
 use vantage_sim::world::settle::settle;
 use vantage_sim::world::stand::{Outline, Stand};
 
+/// Past the harness, which swallows what tests print.
+fn tell(what: &str) {
+    std::io::stderr().write_all(format!("{what}\n").as_bytes()).unwrap();
+}
+
 fn folder() -> Option<PathBuf> {
     let root = std::env::var_os("VANTAGE_SHARED").map(PathBuf::from);
     let root = root.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
     let folder = root.join("data/meshes");
     if !folder.is_dir() {
-        writeln!(std::io::stderr(), "SKIPPED: there are no meshes in {}", folder.display()).unwrap();
+        tell(&format!("SKIPPED: there are no meshes in {}", folder.display()));
         return None;
     }
     Some(folder)
@@ -51,8 +57,13 @@ fn text<'a>(entry: &'a Value, key: &str) -> &'a str {
     entry[key].as_str().unwrap()
 }
 
-/// All good meshes with their entries.
-fn library(folder: &Path) -> Vec<(Value, MeshEntry)> {
+/// All good meshes with their entries, read once.
+fn library(folder: &Path) -> &'static [(Value, MeshEntry)] {
+    static LIBRARY: OnceLock<Vec<(Value, MeshEntry)>> = OnceLock::new();
+    LIBRARY.get_or_init(|| read(folder))
+}
+
+fn read(folder: &Path) -> Vec<(Value, MeshEntry)> {
     let entries = listed(folder, false);
     let specs: Vec<MeshSpec> = entries
         .iter()
@@ -64,8 +75,7 @@ fn library(folder: &Path) -> Vec<(Value, MeshEntry)> {
         .collect();
     let start = Instant::now();
     let library = MeshLibrary::load(&specs, folder).unwrap();
-    writeln!(std::io::stderr(), "{} meshes in {:.2} s", entries.len(), start.elapsed().as_secs_f64())
-        .unwrap();
+    tell(&format!("{} meshes in {:.2} s", entries.len(), start.elapsed().as_secs_f64()));
     entries.into_iter().zip(library.iter().cloned()).collect()
 }
 
@@ -74,7 +84,7 @@ fn all_have_the_size_and_about_the_faces_that_their_list_says() {
     let Some(folder) = folder() else { return };
     let library = library(&folder);
     assert_eq!(library.len(), 20);
-    for (entry, mesh) in &library {
+    for (entry, mesh) in library {
         let name = text(entry, "name");
         let (scale, up) = units(name);
         let [x, y, z] = [0, 1, 2].map(|axis| scale * entry["extent"][axis].as_f64().unwrap());
@@ -128,7 +138,7 @@ fn render(object: &Object, azimuth: f64) -> (Vec<u8>, f64) {
 #[test]
 fn all_are_drawn_whole_and_in_colours_of_their_own() {
     let Some(folder) = folder() else { return };
-    for (entry, mesh) in &library(&folder) {
+    for (entry, mesh) in library(&folder) {
         let name = text(entry, "name");
         for azimuth in [0.5, 2.6, 4.7] {
             let (rgb, share) = render(&mesh.object, azimuth);
@@ -148,13 +158,13 @@ fn all_come_to_rest_on_a_table() {
     for (entry, mesh) in library(&folder) {
         let place = Place { stand: 0, position: Vector2::zeros(), yaw: 0.3 };
         let mut physics = Physics::new(&Furnishing { stands: vec![table], pieces: Vec::new() });
-        let object = [mesh.object];
+        let object = [mesh.object.clone()];
         let poses = settle(&mut physics, &[table], &object, &[place], 20, &mut |_| ());
-        let pose = poses.unwrap_or_else(|error| panic!("{}: {error}", text(&entry, "name")))[0];
+        let pose = poses.unwrap_or_else(|error| panic!("{}: {error}", text(entry, "name")))[0];
         let vertices = object[0].model.mesh.positions.iter();
         let lowest = vertices.map(|p| (pose * Point3::from(Vector3::from(*p).map(f64::from))).z);
         let gap = lowest.fold(f64::INFINITY, f64::min) - table.height;
-        assert!(gap.abs() < 0.01, "{} stands {gap} m too high", text(&entry, "name"));
+        assert!(gap.abs() < 0.01, "{} stands {gap} m too high", text(entry, "name"));
     }
 }
 

@@ -197,7 +197,8 @@ fn a_scene_states_units_and_what_it_cannot_mean_is_refused() {
         change(&mut spec);
         CheckedScene::new(tabletop(vec![spec], 1), Path::new("")).unwrap_err()
     };
-    let rules: [(fn(&mut MeshSpec), &str); 4] = [
+    type Change = fn(&mut MeshSpec);
+    let rules: [(Change, &str); 4] = [
         (|spec| spec.metres_per_unit = 0.0, "metres_per_unit"),
         (|spec| spec.metres_per_unit = f64::NAN, "metres_per_unit"),
         (|spec| spec.category = Some("two\nlines".to_owned()), "category"),
