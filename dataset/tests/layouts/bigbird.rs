@@ -254,7 +254,7 @@ fn a_writer_refuses_what_the_rig_cannot_do() {
     assert_eq!(field(writer.finish()), "pose");
     assert!(matches!(
         BigBirdWriter::create(root.path(), &ball.truth(1), 0, world_from_table()),
-        Err(StoreError::Write { .. })
+        Err(StoreError::Foreign { .. })
     ));
     let mut writer = create(2);
     writer.push(1, 0, &shot(1, 0)).unwrap();
