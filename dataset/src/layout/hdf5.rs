@@ -78,9 +78,6 @@ pub(super) fn write_image(path: &Path, name: &str, values: &[u16], width: usize)
 }
 
 fn finish(path: &Path, builder: FileBuilder) -> Result<(), StoreError> {
-    builder
-        .finish()
-        .map_err(std::io::Error::other)
-        .and_then(|bytes| std::fs::write(path, bytes))
-        .map_err(|source| StoreError::Write { path: path.to_owned(), source })
+    let bytes = builder.finish().map_err(std::io::Error::other);
+    bytes.and_then(|bytes| std::fs::write(path, bytes)).map_err(StoreError::write(path))
 }

@@ -40,8 +40,17 @@ pub use rle::Rle;
 pub use shard::{LayoutManifest, ObjectRecord, Opened, ShardRecord, verify_layout};
 
 use crate::ObjectTruth;
+use crate::store::StoreError;
+use std::path::Path;
 
 /// The name of a simulated object in an exported dataset: its family and the 16 hexadecimal digits of its id.
 pub fn object_name(object: &ObjectTruth) -> String {
     format!("{}_{:016x}", object.family, object.instance.0)
+}
+
+/// Makes a folder, which must be empty if it is there.
+fn make_empty(folder: &Path) -> Result<(), StoreError> {
+    std::fs::create_dir_all(folder).map_err(StoreError::write(folder))?;
+    let mut entries = std::fs::read_dir(folder).map_err(StoreError::read(folder))?;
+    if entries.next().is_some() { Err(StoreError::Foreign { folder: folder.to_owned() }) } else { Ok(()) }
 }

@@ -1,12 +1,9 @@
 //! Images in files.
 
+use super::image_file::{CompressionType, Pixels, jpeg, png};
 use super::import::{FETCH_AGAIN, ImportError, read_file};
 use crate::store::StoreError;
-use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::PngEncoder;
-use image::{
-    DynamicImage, ExtendedColorType, GrayImage, ImageBuffer, ImageEncoder, ImageFormat, ImageReader,
-};
+use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, ImageReader, Limits, Luma, RgbImage};
 use image::{Limits, Luma, RgbImage};
 use std::io::Cursor;
 use std::path::Path;
@@ -14,7 +11,6 @@ use std::path::Path;
 const LARGEST_FILE: u64 = 64 << 20;
 const LARGEST_SIDE: u32 = 1 << 14;
 const LARGEST_IMAGE: u64 = 256 << 20;
-const JPEG_QUALITY: u8 = 95;
 
 /// Depth as whole numbers; what one of them is depends on the dataset.
 pub(super) type DepthImage = ImageBuffer<Luma<u16>, Vec<u16>>;
@@ -59,18 +55,13 @@ fn decode(path: &Path, format: ImageFormat) -> Result<DynamicImage, ImportError>
 }
 
 pub(super) fn write_jpeg(path: &Path, rgb: &[u8], width: u32, height: u32) -> Result<(), StoreError> {
-    let mut bytes = Vec::new();
-    let encoder = JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY);
-    let encoded = encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8);
-    store(path, encoded, bytes)
+    let bytes = jpeg(rgb, width, height);
+    bytes.and_then(|bytes| std::fs::write(path, bytes)).map_err(StoreError::write(path))
 }
 
 pub(super) fn write_depth(path: &Path, depth: &[u16], width: u32, height: u32) -> Result<(), StoreError> {
-    let mut bytes = Vec::new();
-    let samples: Vec<u8> = depth.iter().flat_map(|sample| sample.to_ne_bytes()).collect();
-    let encoder = PngEncoder::new(&mut bytes);
-    let encoded = encoder.write_image(&samples, width, height, ExtendedColorType::L16);
-    store(path, encoded, bytes)
+    let bytes = png(&Pixels::Deep(depth), width, height, CompressionType::Default);
+    bytes.and_then(|bytes| std::fs::write(path, bytes)).map_err(StoreError::write(path))
 }
 
 /// Writes a raw PBM; `black` says which pixels are, row-major.
@@ -81,12 +72,5 @@ pub(super) fn write_pbm(path: &Path, black: &[bool], width: usize) -> Result<(),
             eight.iter().enumerate().fold(0, |byte, (bit, black)| byte | u8::from(*black) << (7 - bit))
         }));
     }
-    store(path, Ok(()), bytes)
-}
-
-fn store(path: &Path, encoded: image::ImageResult<()>, bytes: Vec<u8>) -> Result<(), StoreError> {
-    encoded
-        .map_err(std::io::Error::other)
-        .and_then(|()| std::fs::write(path, bytes))
-        .map_err(|source| StoreError::Write { path: path.to_owned(), source })
+    std::fs::write(path, bytes).map_err(StoreError::write(path))
 }

@@ -6,7 +6,7 @@ use vantage_dataset::layout::bigbird::{BigBirdWriter, object_folders, read_objec
 use vantage_dataset::layout::{ImportError, ImportReport};
 use vantage_dataset::store::{Provenance, StoreError, read_views, write_views};
 use vantage_dataset::window::{Labelled, Window, cut};
-use vantage_dataset::{Camera, Capture, InstanceId, Mask, Pose, Split, ViewSet, Viewpoint};
+use vantage_dataset::{Camera, Capture, InstanceId, Mask, Pose, Seed, Split, ViewSet, Viewpoint};
 
 const RADIUS: f64 = 0.08;
 const ANGLES: [u32; 8] = [0, 45, 90, 135, 180, 225, 270, 315];
@@ -60,7 +60,7 @@ fn problem(folder: &Path) -> (String, String) {
 fn an_export_reads_back_with_the_true_viewpoints() {
     let root = tempfile::tempdir().unwrap();
     let folder = export(root.path());
-    assert_eq!(object_folders(root.path()).unwrap(), [folder.clone()]);
+    assert_eq!(object_folders(root.path()).unwrap(), std::slice::from_ref(&folder));
     let (set, report) = read(&folder).unwrap();
     assert_eq!(report, ImportReport { views: 40, skipped: vec![] });
     assert_eq!(set.instances.len(), 1);
@@ -254,9 +254,63 @@ fn a_writer_refuses_what_the_rig_cannot_do() {
     assert_eq!(field(writer.finish()), "pose");
     assert!(matches!(
         BigBirdWriter::create(root.path(), &ball.truth(1), 0, world_from_table()),
-        Err(StoreError::Write { .. })
+        Err(StoreError::Foreign { .. })
     ));
     let mut writer = create(2);
     writer.push(1, 0, &shot(1, 0)).unwrap();
     assert_eq!(field(writer.finish()), "image");
+}
+
+#[test]
+fn a_turntable_that_leans_is_followed_and_one_that_lies_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = export(root.path());
+    let upright = read(&folder).unwrap().0;
+    let path = folder.join("poses/turntable.h5");
+    let write = |normal: [f64; 3]| {
+        let mut builder = hdf5_pure::FileBuilder::new();
+        builder.create_dataset("normal").with_f64_data(&normal);
+        builder.write(&path).unwrap();
+    };
+    let lean = 0.1_f64;
+    write([-3.0 * lean.sin(), 0.0, -3.0 * lean.cos()]);
+    let leaning = read(&folder).unwrap().0;
+    for (one, two) in upright.views.iter().zip(&leaning.views) {
+        let along = one.viewpoint.direction.dot(&Vector3::new(lean.sin(), 0.0, lean.cos()));
+        assert!((two.viewpoint.direction.z - along).abs() < 1e-9);
+    }
+    write([1.0, 0.0, 0.1]);
+    let (field, message) = problem(&folder);
+    assert!(field == "/normal" && message.contains("remove the file"), "{message}");
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(read(&folder).unwrap().0.views[3].viewpoint, upright.views[3].viewpoint);
+}
+
+#[test]
+fn changed_bytes_of_hdf5_never_panic() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = export(root.path());
+    for name in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()) {
+        let name = name.to_str().unwrap();
+        if name.ends_with(".jpg") && !matches!(name, "NP5_0.jpg" | "NP1_0.jpg") {
+            std::fs::remove_file(folder.join(name)).unwrap();
+        }
+    }
+    let mut stream = Seed(5).stream("damage", 0);
+    for file in ["calibration.h5", "poses/NP5_0_pose.h5"] {
+        let path = folder.join(file);
+        let whole = std::fs::read(&path).unwrap();
+        for _ in 0..200 {
+            let mut damaged = whole.clone();
+            for _ in 0..4 {
+                let at = (stream.unit() * damaged.len() as f64) as usize;
+                damaged[at] = (stream.unit() * 256.0) as u8;
+            }
+            damaged.truncate((damaged.len() as f64 * stream.uniform(0.5, 1.5).min(1.0)) as usize);
+            std::fs::write(&path, damaged).unwrap();
+            let _ = read_objects(std::slice::from_ref(&folder), Split::Train, &|angle| angle == 0);
+        }
+        std::fs::write(&path, whole).unwrap();
+    }
+    assert_eq!(read_objects(&[folder], Split::Train, &|angle| angle == 0).unwrap().0.views.len(), 2);
 }

@@ -82,7 +82,7 @@ pub(super) fn write(scan: &Path, annotations: &BTreeMap<String, Written>) -> Res
     serde_json::to_vec(annotations)
         .map_err(std::io::Error::from)
         .and_then(|bytes| std::fs::write(&path, bytes))
-        .map_err(|source| StoreError::Write { path, source })
+        .map_err(StoreError::write(&path))
 }
 
 /// The difficulty of a box by the dataset's rule: 1 is easy, 5 hard.

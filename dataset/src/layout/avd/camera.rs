@@ -50,7 +50,7 @@ pub(super) fn write(scan: &Path, camera: &Camera) -> Result<(), StoreError> {
          # Number of cameras: 1\n1 OPENCV {width} {height} {fx} {fy} {cx} {cy} 0 0 0 0\n"
     );
     let path = scan.join(FILE);
-    std::fs::write(&path, text).map_err(|source| StoreError::Write { path, source })
+    std::fs::write(&path, text).map_err(StoreError::write(&path))
 }
 
 #[cfg(test)]

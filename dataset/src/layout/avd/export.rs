@@ -8,12 +8,11 @@ use super::movement::Movement;
 use super::name::{self, ScanName};
 use super::{HEADINGS, camera, labels};
 use crate::layout::import::ImportError;
-use crate::layout::object_name;
 use crate::layout::picture::{write_depth, write_jpeg};
+use crate::layout::{make_empty, object_name};
 use crate::store::{Fault, StoreError};
 use crate::{BoundingBox, Camera, Capture, ObjectTruth};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Indices of images have six digits.
@@ -44,7 +43,7 @@ struct Shot {
 }
 
 impl AvdWriter {
-    /// Makes the folder `root/<scan>`, which must not be there with images in it.
+    /// Makes the folder `root/<scan>`, which must be empty if it is there.
     ///
     /// `objects` are in the order of the captures' tracks.
     pub fn create(
@@ -54,12 +53,9 @@ impl AvdWriter {
         objects: &[ObjectTruth],
     ) -> Result<Self, StoreError> {
         let folder = root.join(scan.to_string());
-        let failed = |source| StoreError::Write { path: folder.clone(), source };
+        make_empty(&folder)?;
         for part in ["jpg_rgb", "high_res_depth"] {
-            std::fs::create_dir_all(folder.join(part)).map_err(failed)?;
-        }
-        if std::fs::read_dir(folder.join("jpg_rgb")).map_err(failed)?.next().is_some() {
-            return Err(failed(Error::new(ErrorKind::AlreadyExists, "it holds images already")));
+            std::fs::create_dir(folder.join(part)).map_err(StoreError::write(&folder))?;
         }
         let names: Vec<String> = objects.iter().map(object_name).collect();
         if let Some(twice) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
@@ -156,7 +152,7 @@ impl AvdWriter {
         labels::write_present(&self.folder, present.map(|(_, (name, _))| name.as_str()))?;
         let images: Vec<WrittenImage> = self.shots.into_iter().map(|shot| shot.image).collect();
         let path = self.folder.join(images::FILE);
-        std::fs::write(&path, images::encode(&images)).map_err(|source| StoreError::Write { path, source })
+        std::fs::write(&path, images::encode(&images)).map_err(StoreError::write(&path))
     }
 }
 
@@ -199,12 +195,5 @@ fn millimetres(depth: &[f32]) -> Vec<u16> {
 }
 
 fn unfit(folder: &Path, file: &str, field: &str, got: impl ToString, expected: &str) -> StoreError {
-    let fault = Fault {
-        file: file.to_owned(),
-        line: None,
-        field: field.to_owned(),
-        got: got.to_string(),
-        expected: expected.to_owned(),
-    };
-    StoreError::Unfit { folder: folder.to_owned(), fault: Box::new(fault) }
+    StoreError::unfit(folder)(Fault::new(file, None, field, got, expected))
 }

@@ -1,32 +1,26 @@
 //! Reads scans as episodes.
 
-use super::annotations::{self, Annotations, LabelledBox};
+use super::annotations::{self, Annotations};
+use super::boxes::{BoxReader, Found};
 use super::images::{self, ScanImage};
 use super::movement::MovementGraph;
+use super::name::image_file;
 use super::objects::{Evidence, place};
-use super::{camera, labels, name};
+use super::{camera, labels};
 use crate::layout::Lens;
 use crate::layout::import::{FETCH_AGAIN, ImportError, ImportReport};
-use crate::layout::picture::{DepthImage, read_depth, read_jpeg};
-use crate::layout::ray::median;
-use crate::window::{Labelled, Window, cut};
 use crate::{
-    BoundingBox, Camera, Detection, DetectionTruth, Episode, InstanceId, ObjectTruth, Observations, Odometry,
-    Pose, Seed, Symmetry, Truth,
+    Camera, DetectionTruth, Episode, InstanceId, ObjectTruth, Observations, Odometry, Pose, Seed, Symmetry,
+    Truth,
 };
-use image::RgbImage;
-use nalgebra::{Matrix3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Stated standard deviation of an odometry's rotation about each axis, radians.
 pub const ODOMETRY_ROTATION_SIGMA: f64 = 0.01;
 /// Stated standard deviation of an odometry's translation along each axis, metres.
 pub const ODOMETRY_TRANSLATION_SIGMA: f64 = 0.01;
-/// How much of a box, along each side, its depth is taken of.
-const CORE: f64 = 0.3;
-/// How much the shape of an image may differ from that of the camera's.
-const SAME_SHAPE: f64 = 0.01;
 /// The cosine that the cameras' mean "down" must at least have to the world's y axis.
 const UPRIGHT: f64 = 0.5;
 
@@ -118,10 +112,6 @@ pub fn read_scan(folder: &Path) -> Result<AvdScan, ImportError> {
     })
 }
 
-fn image_file(folder: &Path, name: &str) -> PathBuf {
-    folder.join("jpg_rgb").join(name)
-}
-
 /// Names and `camera_from_world` of the images that can be steps.
 fn registered(
     folder: &Path,
@@ -183,157 +173,6 @@ fn present(
     let boxes = annotations.values().flat_map(|annotation| &annotation.bounding_boxes);
     let ids: BTreeSet<u32> = boxes.map(|labelled| labelled.4).collect();
     Ok(ids.iter().filter_map(|id| names.get(id).cloned()).collect())
-}
-
-/// A detection with what places its object. Its track is an index among the names that are present.
-struct Found {
-    detection: Detection,
-    evidence: Evidence,
-}
-
-/// Reads the boxes of one image after the other.
-struct BoxReader<'a> {
-    folder: &'a Path,
-    camera: Camera,
-    lens: Lens,
-    names: &'a BTreeMap<u32, String>,
-    present: &'a [String],
-    report: ImportReport,
-}
-
-impl BoxReader<'_> {
-    /// The detections in an image, by track.
-    fn read(
-        &mut self,
-        step: usize,
-        name: &str,
-        boxes: &[LabelledBox],
-        world_from_camera: &Pose,
-    ) -> Vec<Found> {
-        if boxes.is_empty() {
-            return Vec::new();
-        }
-        let file = image_file(self.folder, name);
-        let image = match read_jpeg(&file) {
-            Ok(image) => image,
-            Err(error) => {
-                self.report.skip(file, error);
-                return Vec::new();
-            }
-        };
-        let size = Vector2::new(f64::from(image.width()), f64::from(image.height()));
-        let full = Vector2::new(f64::from(self.camera.width), f64::from(self.camera.height));
-        let scale = size.component_div(&full);
-        if (scale.x / scale.y - 1.0).abs() > SAME_SHAPE {
-            self.report.skip(file, format!("{size:?} pixels, and the camera has {full:?}"));
-            return Vec::new();
-        }
-        let depth = self.depth(name);
-        let ids = vec![0; image.width() as usize * image.height() as usize];
-        let mut found: Vec<Found> = Vec::new();
-        for labelled in boxes {
-            match self.found(step, labelled, &image, &ids, scale, depth.as_ref(), world_from_camera) {
-                Ok(new) if found.iter().any(|old| old.detection.track == new.detection.track) => {
-                    self.report.skip(&file, format!("instance {} twice in one image", labelled.4));
-                }
-                Ok(new) => found.push(new),
-                Err(reason) => self.report.skip(&file, reason),
-            }
-        }
-        found.sort_by_key(|found| found.detection.track);
-        found
-    }
-
-    fn depth(&mut self, image: &str) -> Option<DepthImage> {
-        let file = self.folder.join("high_res_depth").join(name::depth_of(image)?);
-        read_depth(&file).map_err(|error| self.report.skip(&file, error)).ok()
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "one call")]
-    fn found(
-        &self,
-        step: usize,
-        labelled: &LabelledBox,
-        image: &RgbImage,
-        ids: &[u32],
-        scale: Vector2<f64>,
-        depth: Option<&DepthImage>,
-        world_from_camera: &Pose,
-    ) -> Result<Found, String> {
-        let LabelledBox(x0, y0, x1, y1, id, difficulty) = *labelled;
-        let name = self.names.get(&id).ok_or_else(|| format!("a box of instance {id}, which has no name"))?;
-        let track = self.present.iter().position(|present| present == name);
-        let track = track.ok_or_else(|| format!("a box of {name}, which is not in {}", labels::PRESENT))?;
-        let clip = |x: f64, side: u32| x.clamp(0.0, f64::from(side));
-        let min = Vector2::new(clip(x0, self.camera.width), clip(y0, self.camera.height));
-        let max = Vector2::new(clip(x1, self.camera.width), clip(y1, self.camera.height));
-        if !(min.x < max.x && min.y < max.y) {
-            return Err(format!("a box of {name}, {x0} {y0} {x1} {y1}, without a pixel of the image"));
-        }
-        let seen = BoundingBox { min, max };
-        let bounding_box = self
-            .ideal(&seen)
-            .ok_or_else(|| format!("a box of {name} where the lens's distortion cannot be undone"))?;
-        let in_image = BoundingBox { min: min.component_mul(&scale), max: max.component_mul(&scale) };
-        let labelled = Labelled { width: image.width() as usize, rgb: image.as_raw(), ids };
-        let crop = cut(&labelled, &Window::around(&in_image), None);
-        let mask_pixels = ((max.x - min.x) * (max.y - min.y)).round().max(1.0) as u32;
-        Ok(Found {
-            detection: Detection {
-                step,
-                track,
-                bounding_box,
-                mask_pixels,
-                masked_crop: crop.clone(),
-                boxed_crop: crop,
-            },
-            evidence: Evidence {
-                world_from_camera: *world_from_camera,
-                center: bounding_box.center(),
-                sides: bounding_box.max - bounding_box.min,
-                depth: depth.and_then(|depth| core_depth(depth, &seen, &self.camera)),
-                difficulty,
-            },
-        })
-    }
-
-    /// The box as an ideal lens would show it: the middles of its edges are moved, but for those on the border.
-    fn ideal(&self, seen: &BoundingBox) -> Option<BoundingBox> {
-        if self.lens == Lens::default() {
-            return Some(*seen);
-        }
-        let center = seen.center();
-        let full = [f64::from(self.camera.width), f64::from(self.camera.height)];
-        let edge = |axis: usize, at: f64| {
-            if at <= 0.0 || at >= full[axis] {
-                return Some(at);
-            }
-            let mut middle = center;
-            middle[axis] = at;
-            Some(self.lens.undistort_pixel(&self.camera, &middle)?[axis])
-        };
-        let ideal = BoundingBox {
-            min: Vector2::new(edge(0, seen.min.x)?, edge(1, seen.min.y)?),
-            max: Vector2::new(edge(0, seen.max.x)?, edge(1, seen.max.y)?),
-        };
-        (ideal.min.x < ideal.max.x && ideal.min.y < ideal.max.y).then_some(ideal)
-    }
-}
-
-/// The median depth, metres, in the middle of a box given in the camera's pixels.
-fn core_depth(depth: &DepthImage, seen: &BoundingBox, camera: &Camera) -> Option<f64> {
-    let (center, half) = (seen.center(), (seen.max - seen.min) * (CORE / 2.0));
-    let range = |axis: usize, pixels: u32, full: u32| {
-        let scale = f64::from(pixels) / f64::from(full);
-        let first = ((center[axis] - half[axis]) * scale).floor().max(0.0) as u32;
-        let end = ((center[axis] + half[axis]) * scale).ceil() as u32;
-        first..end.min(pixels)
-    };
-    let columns = range(0, depth.width(), camera.width);
-    let millimetres = range(1, depth.height(), camera.height)
-        .flat_map(|row| columns.clone().map(move |column| depth.get_pixel(column, row).0[0]))
-        .filter(|millimetres| *millimetres > 0);
-    median(millimetres.map(|millimetres| f64::from(millimetres) / 1000.0).collect())
 }
 
 /// Places the objects, and renumbers the tracks by those that could be.

@@ -78,10 +78,8 @@ pub(super) fn write(root: &Path, names: &BTreeMap<u32, String>) -> Result<(), St
     let real: BTreeMap<u32, &String> =
         names.iter().filter(|(id, _)| **id > 0).map(|(id, name)| (*id, name)).collect();
     let path = root.join(JSON_MAP);
-    match serde_json::to_vec(&real) {
-        Ok(bytes) => put(&path, bytes),
-        Err(error) => Err(StoreError::Write { path, source: error.into() }),
-    }
+    let bytes = serde_json::to_vec(&real).map_err(|error| StoreError::write(&path)(error.into()))?;
+    put(&path, bytes)
 }
 
 /// Writes the names of the instances in a scan.
@@ -90,5 +88,5 @@ pub(super) fn write_present<'a>(scan: &Path, names: impl Iterator<Item = &'a str
 }
 
 fn put(path: &Path, bytes: Vec<u8>) -> Result<(), StoreError> {
-    std::fs::write(path, bytes).map_err(|source| StoreError::Write { path: path.to_owned(), source })
+    std::fs::write(path, bytes).map_err(StoreError::write(path))
 }

@@ -13,6 +13,7 @@
 //! `x_camera = R x_world + t`; `scale` takes the reconstruction's units to millimetres; the world's y axis is vertical.
 
 mod annotations;
+mod boxes;
 mod camera;
 mod export;
 mod grid;

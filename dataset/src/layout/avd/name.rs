@@ -1,6 +1,7 @@
 //! Names of scans and images.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// The kind of place that a scan is of.
@@ -62,6 +63,11 @@ impl fmt::Display for ScanName {
 /// The name of the image with this index, below a million, of the colour camera.
 pub(super) fn image(scan: &ScanName, index: u32) -> String {
     format!("{}{:03}{}{index:06}0101.jpg", scan.scene_type as u32, scan.scene, scan.scan)
+}
+
+/// The file of an image.
+pub(super) fn image_file(scan: &Path, image: &str) -> PathBuf {
+    scan.join("jpg_rgb").join(image)
 }
 
 /// The file name of the depth that is registered to an image.

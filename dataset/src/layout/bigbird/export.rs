@@ -5,12 +5,11 @@ use super::name::ImageName;
 use super::table::{write_axis, write_pose};
 use super::{CAMERAS, REFERENCE};
 use crate::layout::hdf5::write_image;
-use crate::layout::object_name;
 use crate::layout::picture::{write_jpeg, write_pbm};
+use crate::layout::{make_empty, object_name};
 use crate::store::{Fault, StoreError};
 use crate::{Camera, Capture, ObjectTruth, Pose};
 use std::collections::BTreeMap;
-use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Depth images have this size whatever that of the colour images is.
@@ -37,7 +36,7 @@ pub struct BigBirdWriter {
 }
 
 impl BigBirdWriter {
-    /// Makes the folder `root/<family>_<id>`, which must not be there with something in it.
+    /// Makes the folder `root/<family>_<id>`, which must be empty if it is there.
     ///
     /// `track` is the object's index in the captures. The table's frame has z up and turns with the object.
     pub fn create(
@@ -47,13 +46,9 @@ impl BigBirdWriter {
         world_from_table: Pose,
     ) -> Result<Self, StoreError> {
         let folder = root.join(object_name(object));
-        let failed = |source| StoreError::Write { path: folder.clone(), source };
+        make_empty(&folder)?;
         for part in ["masks", "poses"] {
-            std::fs::create_dir_all(folder.join(part)).map_err(failed)?;
-        }
-        let entries = std::fs::read_dir(&folder).map_err(failed)?.count();
-        if entries > 2 {
-            return Err(failed(Error::new(ErrorKind::AlreadyExists, "it holds images already")));
+            std::fs::create_dir(folder.join(part)).map_err(StoreError::write(&folder))?;
         }
         Ok(Self { folder, track, world_from_table, poses: BTreeMap::new(), cameras: [None; CAMERAS] })
     }
@@ -116,14 +111,7 @@ impl BigBirdWriter {
     }
 
     fn unfit(&self, name: ImageName, field: &str, got: impl ToString, expected: &str) -> StoreError {
-        let fault = Fault {
-            file: name.image(),
-            line: None,
-            field: field.to_owned(),
-            got: got.to_string(),
-            expected: expected.to_owned(),
-        };
-        StoreError::Unfit { folder: self.folder.clone(), fault: Box::new(fault) }
+        StoreError::unfit(&self.folder)(Fault::new(&name.image(), None, field, got, expected))
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) fn read_upright(object: &Path) -> Result<Option<UnitQuaternion<f64>>,
     };
     let normal = Vector3::from_row_slice(&file.required("normal", &[3])?);
     let unit = normal.normalize() * if normal.z < 0.0 { -1.0 } else { 1.0 };
-    if unit.z.is_nan() || unit.z < UPRIGHT {
+    if !(UPRIGHT..=1.0 + f64::EPSILON).contains(&unit.z) {
         let got = format!("{:?}", normal.as_slice());
         let expected = "within 10 degrees of the z axis of the table's frame";
         return Err(ImportError::invalid(&path, "/normal", got, expected, "remove the file: z is used then"));
