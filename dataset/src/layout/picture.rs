@@ -4,7 +4,6 @@ use super::image_file::{CompressionType, Pixels, jpeg, png};
 use super::import::{FETCH_AGAIN, ImportError, read_file};
 use crate::store::StoreError;
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, ImageReader, Limits, Luma, RgbImage};
-use image::{Limits, Luma, RgbImage};
 use std::io::Cursor;
 use std::path::Path;
 

@@ -18,6 +18,7 @@ impl Ball {
             world_from_object: Pose::translation(self.center.x, self.center.y, self.center.z),
             size: 2.0 * self.radius,
             symmetry: Symmetry::None,
+            extents: None,
         }
     }
 }
