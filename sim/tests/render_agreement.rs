@@ -119,6 +119,7 @@ fn difference(wgpu: &mut WgpuRenderer, scene: &RenderScene, shots: &[Shot]) -> D
     difference
 }
 
+#[expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 fn compare_tiles(wgpu: &mut WgpuRenderer, shots: &[TileShot<'_>], side: u32) {
     let expected = ReferenceRenderer::new().tiles(shots, side).unwrap();
     let got = wgpu.tiles(shots, side).unwrap();

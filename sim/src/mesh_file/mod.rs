@@ -82,7 +82,7 @@ pub(crate) fn load(source: &Source, units: Units) -> Result<Loaded, MeshFileErro
     let refused = |fault| files.error(fault);
     let mut facets = surface::surface(&soup, units).map_err(refused)?;
     let texture = bake::bake(&mut facets, &soup.materials, &soup.images).map_err(refused)?;
-    Ok(Loaded { model: Model { mesh: indexed(&facets), texture }, hash: files.hash() })
+    Ok(Loaded { model: Model::new(indexed(&facets), texture), hash: files.hash() })
 }
 
 /// The mesh whose vertices are the corners that differ.

@@ -19,7 +19,7 @@ impl Object {
         let mesh = self.model.mesh.clone();
         Self {
             id: identity(&self.family, &mesh, &texture),
-            model: Arc::new(Model { mesh, texture }),
+            model: Arc::new(Model::new(mesh, texture)),
             ..self.clone()
         }
     }

@@ -21,7 +21,7 @@ const CORNERS: usize = 40;
 pub fn placements(room: &RoomSpec, furnishing: &Furnishing, seed: Seed) -> Vec<Placement> {
     let texture = |index: u64| wallpaper::draw(&mut seed.stream("wallpaper", index));
     let placed = |mesh: Mesh, texture: u64, world_from_model: Pose| Placement {
-        model: Arc::new(Model { mesh, texture: wallpaper::draw(&mut seed.stream("wallpaper", texture)) }),
+        model: Arc::new(Model::new(mesh, wallpaper::draw(&mut seed.stream("wallpaper", texture)))),
         world_from_model,
         id: NO_OBJECT,
     };
@@ -37,7 +37,7 @@ pub fn placements(room: &RoomSpec, furnishing: &Furnishing, seed: Seed) -> Vec<P
     }));
     let solid = || furnishing.stands.iter().filter(|stand| stand.solid);
     let Some(first) = solid().next() else { return drawn };
-    let model = Arc::new(Model { mesh: stand_mesh(first), texture: texture(3) });
+    let model = Arc::new(Model::new(stand_mesh(first), texture(3)));
     drawn.extend(solid().map(|stand| Placement {
         model: Arc::clone(&model),
         world_from_model: Translation3::new(stand.center.x, stand.center.y, 0.0).into(),
