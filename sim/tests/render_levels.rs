@@ -30,7 +30,7 @@ fn levels_keep_attributes_and_lose_triangles() {
                         && model.mesh.normals[i] == *normal
                         && model.mesh.uvs[i] == *uv
                 });
-                assert!(original, "{} has a new vertex", object.family.name());
+                assert!(original, "{} has a new vertex", object.family);
             }
             assert!(mesh.triangles.as_flattened().iter().all(|&i| (i as usize) < mesh.positions.len()));
             levels += 1;
