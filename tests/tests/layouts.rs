@@ -1,0 +1,104 @@
+//! The layouts of BigBIRD and Active Vision, out and in: what `bench dataset` writes, `bench import` reads, and `bench train`
+//! learns from.
+
+use std::fs;
+use std::path::PathBuf;
+use vantage_dataset::store::{read_episode, read_views};
+use vantage_dataset::{Seed, Split};
+use vantage_tests::{Finished, SmallScene, bench};
+
+const CIRCLE: &str = "circle: { radius: 1.6 }\n  laps: 0.4\n  speed: 0.3\n  steps: 12";
+
+fn turntable() -> SmallScene {
+    let path = "turntable: { distance: 0.8, elevations_deg: [5, 20, 35, 50, 65], angles: 8 }";
+    SmallScene::new(&[
+        ("radius: 0.45", "radius: 0.2"),
+        ("objects: 3", "objects: 1"),
+        (CIRCLE, path),
+        ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 0.8, yaw_deg: 0, pitch_deg: 0"),
+        ("training:\n  seed: 1", "training:\n  seed: 1\n  model: { trunk_steps: 2, steps: 2, batch: 4, trunk_batch: 8 }"),
+    ])
+}
+
+fn dataset(scene: &SmallScene, formats: &str, seeds: &str) -> Finished {
+    let mut command = bench();
+    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", seeds]);
+    Finished::of(command.args(["--format", formats, "--out"]).arg(scene.path("d")))
+}
+
+#[test]
+fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
+    let scene = turntable();
+    dataset(&scene, "bigbird,webdataset", "4").expect(0, &[]);
+    let root = scene.path("d/bigbird");
+    let mut names: Vec<PathBuf> = fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.sort();
+    let names: Vec<String> =
+        names.iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+    let images = fs::read_dir(root.join(&names[0])).unwrap().count();
+    assert_eq!(images, 2 * 40 + 3, "an image and its depth, masks, poses, calibration.h5");
+
+    let import = |split: &str, objects: &str, out: &str| {
+        let mut command = bench();
+        command.args(["import", "bigbird"]).arg(&root).args(["--split", split, "--objects", objects]);
+        Finished::of(command.arg("--out").arg(scene.path(out)))
+    };
+    import("train", &names[..3].join(","), "train").expect(0, &[]);
+    import("validation", &names[3], "validation").expect(0, &[]);
+    import("train", "no_such_object", "nothing").expect(2, &["no_such_object"]);
+    let set = read_views(&scene.path("train")).unwrap();
+    assert_eq!((set.split, set.instances.len()), (Split::Train, 3));
+    assert!(set.views.len() >= 110, "{} of 120 views", set.views.len());
+
+    let mut command = bench();
+    command.arg("train").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--views"]);
+    command.arg(scene.path("train")).arg("--validation-views").arg(scene.path("validation"));
+    command.arg("--cache").arg(scene.path("cache")).arg("--out").arg(scene.path("model"));
+    Finished::of(&mut command).expect(0, &[]);
+    assert!(scene.path("model/model.json").exists());
+}
+
+#[test]
+fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
+    let path = "grid: { spacing: 0.8, headings: 12, clearance: 0.2 }";
+    let scene = SmallScene::new(&[
+        (CIRCLE, path),
+        ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 1.25, yaw_deg: 0, pitch_deg: -16"),
+        ("length: 6.5, width: 5.5", "length: 4.4, width: 3.6"),
+        ("width: 320, height: 240", "width: 160, height: 120"),
+    ]);
+    dataset(&scene, "vantage,avd", "1").expect(0, &[]);
+    let mut command = bench();
+    command.args(["import", "avd"]).arg(scene.path("d/avd/Home_001_1"));
+    Finished::of(command.arg("--out").arg(scene.path("scan"))).expect(0, &[]);
+
+    let (ours, read) = (read_episode(&scene.path("d/0")).unwrap(), read_episode(&scene.path("scan")).unwrap());
+    assert_eq!(ours.observations.seed, Seed(0));
+    assert_eq!(ours.observations.steps(), read.observations.steps());
+    let camera = |episode: &vantage_dataset::Episode, step: usize| {
+        episode.truth.world_from_robot[step] * episode.observations.robot_from_camera
+    };
+    for step in 1..ours.observations.steps() {
+        let motion = |episode| camera(episode, 0).inv_mul(&camera(episode, step));
+        let apart = motion(&ours).inv_mul(&motion(&read));
+        assert!(apart.translation.vector.norm() < 1e-6 && apart.rotation.angle() < 1e-6, "step {step}: {apart}");
+    }
+    assert!(!read.truth.objects.is_empty() && read.truth.objects.len() <= ours.truth.objects.len());
+    for object in &read.truth.objects {
+        let id = object.family.rsplit('_').next().unwrap();
+        let truth = ours.truth.objects.iter().find(|truth| format!("{:016x}", truth.instance.0) == id).unwrap();
+        let in_first = |episode, object: &vantage_dataset::ObjectTruth| {
+            camera(episode, 0).inv_mul(&object.world_from_object).translation.vector
+        };
+        let off = (in_first(&read, object) - in_first(&ours, truth)).norm();
+        assert!(off < truth.size, "{}: {off} m off", truth.family);
+    }
+}
+
+#[test]
+fn a_format_that_a_scene_does_not_have_is_refused() {
+    let scene = SmallScene::new(&[]);
+    dataset(&scene, "bigbird", "1").expect(2, &["--format bigbird", "turntable"]);
+    dataset(&scene, "avd", "1").expect(2, &["--format avd", "grid"]);
+}
