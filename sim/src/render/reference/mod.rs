@@ -16,7 +16,7 @@ use super::bounds::Bounds;
 use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
-use shade::Shader;
+use shade::{Batch, Shader};
 use view::View;
 use widest::widest;
 
@@ -130,9 +130,10 @@ fn shade(
 ) {
     let width = canvas.width as usize;
     let shader = Shader::new(scene);
+    let mut batch = Batch::default();
     let rows = nearest.chunks_exact(width).zip(inverse_depth.chunks_exact(width));
     let outputs = rgb.as_chunks_mut().0.chunks_exact_mut(width).zip(ids.chunks_exact_mut(width));
     for ((row, row_in), row_out) in (top as i32..).zip(rows).zip(outputs) {
-        shader.shade_row(&canvas.facets, row, row_in, row_out);
+        shader.shade_row(&mut batch, &canvas.facets, row, row_in, row_out);
     }
 }

@@ -87,12 +87,12 @@ impl<'a> Shader<'a> {
     #[inline(always)]
     pub fn shade_row(
         &self,
+        batch: &mut Batch,
         facets: &[Facet],
         row: i32,
         (nearest, inverse_depth): (&[u32], &[f32]),
         (rgb, ids): (&mut [[u8; 3]], &mut [u32]),
     ) {
-        let mut batch = Batch::new();
         let inputs = nearest.chunks(BATCH).zip(inverse_depth.chunks(BATCH));
         let outputs = rgb.chunks_mut(BATCH).zip(ids.chunks_mut(BATCH));
         for ((first, (nearest, inverse_depth)), (rgb, ids)) in (0..).step_by(BATCH).zip(inputs).zip(outputs) {
@@ -102,7 +102,7 @@ impl<'a> Shader<'a> {
                 batch.locate(self.tables);
                 self.fetch(&mut batch.taps, facets, nearest);
                 batch.filter();
-                self.light(&mut batch);
+                self.light(batch);
             }
             for (i, pixel) in rgb.iter_mut().enumerate() {
                 let shaded = std::array::from_fn(|channel| self.tables.encoded(batch.encoded[channel][i]));
@@ -193,7 +193,7 @@ impl<'a> Shader<'a> {
 
 /// Pixels being shaded.
 #[derive(Debug)]
-struct Batch {
+pub(super) struct Batch {
     inverse_depth: [f32; BATCH],
     planes: Planes,
     place: Place,
@@ -208,8 +208,8 @@ struct Batch {
     encoded: [[u32; BATCH]; 3],
 }
 
-impl Batch {
-    fn new() -> Self {
+impl Default for Batch {
+    fn default() -> Self {
         let zeros = [0.0; BATCH + STRIDE];
         Self {
             inverse_depth: [0.0; BATCH],
@@ -238,7 +238,9 @@ impl Batch {
             encoded: [[0; BATCH]; 3],
         }
     }
+}
 
+impl Batch {
     /// Where the texture is sampled: the coordinates, and the level of detail of the pixel's footprint.
     #[inline(always)]
     fn locate(&mut self, tables: &Tables) {
