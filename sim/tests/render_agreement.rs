@@ -120,8 +120,8 @@ fn difference(wgpu: &mut WgpuRenderer, scene: &RenderScene, shots: &[Shot]) -> D
 }
 
 fn compare_tiles(wgpu: &mut WgpuRenderer, shots: &[TileShot<'_>], side: u32) {
-    let expected = ReferenceRenderer::new().tiles(shots, side).unwrap();
-    let got = wgpu.tiles(shots, side).unwrap();
+    let expected = ReferenceRenderer::new().tiles(shots, side).expect("the reference renders");
+    let got = wgpu.tiles(shots, side).expect("wgpu renders");
     assert_eq!(got.len(), shots.len());
     let mut difference = Difference::default();
     let (mut amodal, mut off) = (0, 0);

@@ -138,9 +138,9 @@ impl<'a> Shader<'a> {
                 for (i, column) in planes.column[span.clone()].iter_mut().enumerate() {
                     *column = first - facet.left + (start + i) as i32;
                 }
-                for i in 0..3 {
-                    planes.varyings[i][span.clone()].fill(rows[i].value);
-                    planes.per_column[i][span.clone()].fill(rows[i].per_column);
+                for (i, varying) in rows.iter().enumerate() {
+                    planes.varyings[i][span.clone()].fill(varying.value);
+                    planes.per_column[i][span.clone()].fill(varying.per_column);
                 }
                 for i in 0..2 {
                     planes.per_row[i][span.clone()].fill(facet.varyings[i].per_row);
