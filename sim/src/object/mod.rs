@@ -64,7 +64,7 @@ impl Object {
             half_extents: 0.5 * (high - low),
             hull: hull::hull(&mesh.positions),
             mass,
-            model: Arc::new(Model { mesh, texture }),
+            model: Arc::new(Model::new(mesh, texture)),
         }
     }
 }

@@ -8,6 +8,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 use vantage_dataset::{Camera, Pose};
 
+/// How far a level of detail may be off, pixels.
+const DEVIATION: f64 = 0.25;
+
 /// A box around a mesh, along the axes of the model's frame, and a sphere with the same centre.
 #[derive(Clone, Copy, Debug)]
 struct Hull {
@@ -39,6 +42,13 @@ impl Hull {
     fn meets(&self, placement: &Placement, shot: &Shot) -> bool {
         let camera_from_model = shot.world_from_camera.inv_mul(&placement.world_from_model);
         self.sphere_meets(&camera_from_model, &shot.camera) && self.box_meets(placement, shot)
+    }
+
+    /// What spans [`DEVIATION`] at the hull's nearest point, metres.
+    fn deviation(&self, placement: &Placement, shot: &Shot) -> f64 {
+        let camera_from_model = shot.world_from_camera.inv_mul(&placement.world_from_model);
+        let nearest = ((camera_from_model * self.center).z - self.radius).max(NEAR);
+        DEVIATION * nearest / shot.camera.fx.max(shot.camera.fy)
     }
 
     fn box_meets(&self, placement: &Placement, shot: &Shot) -> bool {
@@ -97,9 +107,11 @@ impl Bounds {
         }
     }
 
-    /// Whether any of a placement, whose model was learnt, can appear in a shot's image.
-    pub fn meets(&self, placement: &Placement, shot: &Shot) -> bool {
-        self.hulls.get(&address(&placement.model)).is_none_or(|(_, hull)| hull.meets(placement, shot))
+    /// The level of detail at which a placement, whose model was learnt, appears in a shot's image; `None` if it cannot.
+    pub fn level(&self, placement: &Placement, shot: &Shot) -> Option<usize> {
+        self.hulls.get(&address(&placement.model)).map_or(Some(0), |(_, hull)| {
+            hull.meets(placement, shot).then(|| placement.model.level(hull.deviation(placement, shot)))
+        })
     }
 }
 

@@ -20,7 +20,7 @@ const CORNERS: usize = 40;
 pub fn placements(room: &RoomSpec, stands: &[Stand], seed: Seed) -> Vec<Placement> {
     let texture = |index: u64| wallpaper::draw(&mut seed.stream("wallpaper", index));
     let placed = |mesh: Mesh, texture: u64, world_from_model: Pose| Placement {
-        model: Arc::new(Model { mesh, texture: wallpaper::draw(&mut seed.stream("wallpaper", texture)) }),
+        model: Arc::new(Model::new(mesh, wallpaper::draw(&mut seed.stream("wallpaper", texture)))),
         world_from_model,
         id: NO_OBJECT,
     };
@@ -30,7 +30,7 @@ pub fn placements(room: &RoomSpec, stands: &[Stand], seed: Seed) -> Vec<Placemen
         placed(walls(room, [1, 3]), 2, Pose::identity()),
     ];
     let Some(first) = stands.first() else { return drawn };
-    let model = Arc::new(Model { mesh: stand_mesh(first), texture: texture(3) });
+    let model = Arc::new(Model::new(stand_mesh(first), texture(3)));
     drawn.extend(stands.iter().map(|stand| Placement {
         model: Arc::clone(&model),
         world_from_model: Translation3::new(stand.center.x, stand.center.y, 0.0).into(),

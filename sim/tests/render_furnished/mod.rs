@@ -131,5 +131,5 @@ fn table() -> Arc<Model> {
         if check { [110, 96, 80, 255] } else { [190, 178, 160, 255] }
     };
     let texture = Texture::new((0..TEXTURE_SIDE * TEXTURE_SIDE).map(texel).collect());
-    Arc::new(Model { mesh, texture })
+    Arc::new(Model::new(mesh, texture))
 }

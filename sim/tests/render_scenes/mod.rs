@@ -30,7 +30,7 @@ pub fn block(half: [f32; 3], texture: Texture) -> Arc<Model> {
             mesh.triangles.push([first, first + 2, first + 3]);
         }
     }
-    Arc::new(Model { mesh, texture })
+    Arc::new(Model::new(mesh, texture))
 }
 
 /// A ball of `2 * segments * segments` triangles.
@@ -59,7 +59,7 @@ pub fn ball(radius: f32, segments: u32, texture: Texture) -> Arc<Model> {
             }
         }
     }
-    Arc::new(Model { mesh, texture })
+    Arc::new(Model::new(mesh, texture))
 }
 
 /// Cells of `size` texels, in two colours and with a gradient, so that neither half nor axis looks like the other.

@@ -112,9 +112,12 @@ fn draw(
     wanted: impl Fn(u32) -> bool,
 ) {
     for (index, placement) in scene.placements.iter().enumerate() {
-        if wanted(placement.id) && bounds.meets(placement, shot) {
+        if !wanted(placement.id) {
+            continue;
+        }
+        if let Some(level) = bounds.level(placement, shot) {
             let view = View::new(shot, placement, &scene.light);
-            canvas.draw(&view, &placement.model.mesh, index as u32);
+            canvas.draw(&view, placement.model.mesh_at(level), index as u32);
         }
     }
 }

@@ -103,8 +103,8 @@ impl WgpuRenderer {
         let target = &self.targets[&(width, height)];
         let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target);
         for placement in &scene.placements {
-            if self.bounds.meets(placement, shot) {
-                painter.draw([0, 0, width, height], shot, &scene.light, placement, false)?;
+            if let Some(level) = self.bounds.level(placement, shot) {
+                painter.draw([0, 0, width, height], shot, &scene.light, (placement, level), false)?;
             }
         }
         let submission = painter.finish(0, true);
@@ -146,9 +146,12 @@ impl WgpuRenderer {
             for (shot, viewport) in shots.iter().zip(viewports(size.0, side)) {
                 let window = shot.window(side);
                 for placement in &shot.scene.placements {
-                    if (placement.id == shot.target) == target_first && self.bounds.meets(placement, &window)
-                    {
-                        painter.draw(viewport, &window, &shot.scene.light, placement, target_first)?;
+                    if (placement.id == shot.target) != target_first {
+                        continue;
+                    }
+                    if let Some(level) = self.bounds.level(placement, &window) {
+                        let drawn = (placement, level);
+                        painter.draw(viewport, &window, &shot.scene.light, drawn, target_first)?;
                     }
                 }
             }

@@ -40,13 +40,13 @@ impl<'a> Painter<'a> {
         Self { gpu, pipelines, residency, target, calls: Vec::new(), items: Vec::new(), fresh: true }
     }
 
-    /// Draws a placement; `marking` marks its pixels, for good.
+    /// Draws a placement at a level of detail; `marking` marks its pixels, for good.
     pub fn draw(
         &mut self,
         viewport: Viewport,
         shot: &Shot,
         light: &Light,
-        placement: &Placement,
+        (placement, level): (&Placement, usize),
         marking: bool,
     ) -> Result<(), RenderError> {
         if placement.model.mesh.triangles.is_empty() {
@@ -55,12 +55,12 @@ impl<'a> Painter<'a> {
         if self.calls.len() == ITEMS {
             self.flush();
         }
-        let resident = match self.residency.place(self.gpu, &placement.model) {
+        let resident = match self.residency.place(self.gpu, &placement.model, level) {
             Some(resident) => resident,
             None => {
                 self.flush();
                 self.residency.clear(self.gpu, self.pipelines, &placement.model);
-                let placed = self.residency.place(self.gpu, &placement.model);
+                let placed = self.residency.place(self.gpu, &placement.model, level);
                 placed.ok_or_else(|| self.gpu.failed("a mesh is too large for it"))?
             }
         };

@@ -3,6 +3,7 @@
 use super::albedo::Albedo;
 use super::device::Gpu;
 use super::pipeline::{Pipelines, Vertex};
+use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::texture::TEXTURE_SIDE;
 use std::collections::HashMap;
@@ -33,8 +34,10 @@ pub(super) struct Residency {
     pub albedos: [Albedo; 3],
     used_vertices: u32,
     used_indices: u32,
-    /// By address, which the kept handle reserves.
-    models: HashMap<usize, (Arc<Model>, Resident)>,
+    /// Layers by address, which the kept handle reserves.
+    textures: HashMap<usize, (Arc<Model>, u32)>,
+    /// By address and level of detail.
+    meshes: HashMap<(usize, usize), Resident>,
 }
 
 impl Residency {
@@ -45,17 +48,19 @@ impl Residency {
             albedos: [0, 1, 2].map(|doublings| Albedo::new(gpu, pipelines, TEXTURE_SIDE << doublings)),
             used_vertices: 0,
             used_indices: 0,
-            models: HashMap::new(),
+            textures: HashMap::new(),
+            meshes: HashMap::new(),
         }
     }
 
-    /// Where a model is, after uploading it where needed; `None` if it does not fit beside the others.
-    pub fn place(&mut self, gpu: &Gpu, model: &Arc<Model>) -> Option<Resident> {
+    /// Where a model's level of detail is, after uploading it where needed; `None` if it does not fit beside the others.
+    pub fn place(&mut self, gpu: &Gpu, model: &Arc<Model>, level: usize) -> Option<Resident> {
         let address = Arc::as_ptr(model).addr();
-        if let Some((_, resident)) = self.models.get(&address) {
+        if let Some(resident) = self.meshes.get(&(address, level)) {
             return Some(resident.clone());
         }
-        let (vertices, indices) = sizes(model);
+        let mesh = model.mesh_at(level);
+        let (vertices, indices) = sizes(mesh);
         let end_of_vertices = self.used_vertices.checked_add(vertices)?;
         let end_of_indices = self.used_indices.checked_add(indices)?;
         if u64::from(end_of_vertices) > capacity(&self.vertices, size_of::<Vertex>())
@@ -64,22 +69,30 @@ impl Residency {
             return None;
         }
         let albedo = albedo_of(model);
+        let layer = match self.textures.get(&address) {
+            Some(&(_, layer)) => layer,
+            None => {
+                let layer = self.albedos[albedo].place(gpu, &model.texture)?;
+                self.textures.insert(address, (Arc::clone(model), layer));
+                layer
+            }
+        };
         let resident = Resident {
             albedo,
-            layer: self.albedos[albedo].place(gpu, &model.texture)?,
+            layer,
             first_vertex: self.used_vertices,
             indices: self.used_indices..end_of_indices,
         };
-        self.upload(gpu, model, &resident);
+        self.upload(gpu, mesh, &resident);
         self.used_vertices = end_of_vertices;
         self.used_indices = end_of_indices;
-        self.models.insert(address, (Arc::clone(model), resident.clone()));
+        self.meshes.insert((address, level), resident.clone());
         Some(resident)
     }
 
     /// Forgets all models, after one did not fit, and makes more room for as many and that one.
     pub fn clear(&mut self, gpu: &Gpu, pipelines: &Pipelines, misfit: &Model) {
-        let (vertices, indices) = sizes(misfit);
+        let (vertices, indices) = sizes(&misfit.mesh);
         let limit = gpu.device.limits().max_buffer_size;
         let grown = |buffer: &wgpu::Buffer, element: usize, used: u32, wanted: u32| {
             let needed = u64::from(used) + u64::from(wanted);
@@ -96,13 +109,13 @@ impl Residency {
         for (index, albedo) in self.albedos.iter_mut().enumerate() {
             albedo.clear(gpu, pipelines, index == albedo_of(misfit));
         }
-        self.models.clear();
+        self.textures.clear();
+        self.meshes.clear();
         self.used_vertices = 0;
         self.used_indices = 0;
     }
 
-    fn upload(&self, gpu: &Gpu, model: &Model, resident: &Resident) {
-        let mesh = &model.mesh;
+    fn upload(&self, gpu: &Gpu, mesh: &Mesh, resident: &Resident) {
         let vertices: Vec<Vertex> = (0..mesh.positions.len())
             .map(|i| Vertex { position: mesh.positions[i], normal: mesh.normals[i], uv: mesh.uvs[i] })
             .collect();
@@ -114,8 +127,8 @@ impl Residency {
 }
 
 /// Vertices and indices.
-fn sizes(model: &Model) -> (u32, u32) {
-    (model.mesh.positions.len() as u32, 3 * model.mesh.triangles.len() as u32)
+fn sizes(mesh: &Mesh) -> (u32, u32) {
+    (mesh.positions.len() as u32, 3 * mesh.triangles.len() as u32)
 }
 
 fn albedo_of(model: &Model) -> usize {
