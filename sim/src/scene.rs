@@ -13,7 +13,7 @@ pub mod views;
 pub mod world;
 
 pub use furniture::{PieceSpec, Side};
-pub use meshes::{MeshSpec, SymmetrySpec};
+pub use meshes::{FixtureSpec, MeshSpec, SymmetrySpec};
 pub use path::PathSpec;
 pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
 pub use sensors::{
@@ -23,7 +23,7 @@ pub use views::ViewsSpec;
 pub use world::{LightingSpec, RoomSpec, SurfaceSpec, WorldSpec};
 
 use crate::mesh_file::MeshFileError;
-use crate::object::MeshLibrary;
+use crate::object::{Fixture, MeshLibrary};
 use crate::robot::body::RADIUS as ROBOT_RADIUS;
 use crate::robot::track::Track;
 use crate::world::ground::Ground;
@@ -56,6 +56,8 @@ pub struct CheckedScene {
     spec: SceneSpec,
     #[serde(skip_serializing_if = "MeshLibrary::is_empty")]
     meshes: MeshLibrary,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    fixtures: Vec<Fixture>,
 }
 
 /// Why a scene is refused.
@@ -67,6 +69,22 @@ pub enum SceneError {
     /// A mesh that it names cannot be used.
     #[error("world.meshes: {0}")]
     Mesh(#[from] MeshFileError),
+    /// Furniture that it names cannot be used.
+    #[error("world.fixtures: {0}")]
+    Fixture(MeshFileError),
+    /// The path runs into furniture that it names.
+    #[error(
+        "world.fixtures[{index}]: the path passes at {gap:.2} m from its middle, expected at least {needed:.2} m; move it \
+         or the path"
+    )]
+    Blocked {
+        /// Index of the fixture.
+        index: usize,
+        /// Distance of the path from its middle, metres.
+        gap: f64,
+        /// Radius of its footprint and of the robot, metres.
+        needed: f64,
+    },
 }
 
 impl CheckedScene {
@@ -75,7 +93,16 @@ impl CheckedScene {
     pub fn new(spec: SceneSpec, base: &Path) -> Result<Self, SceneError> {
         spec.validate()?;
         let meshes = MeshLibrary::load(&spec.world.meshes, base)?;
-        Ok(Self { spec, meshes })
+        let fixtures: Result<Vec<Fixture>, MeshFileError> =
+            spec.world.fixtures.iter().map(|fixture| Fixture::load(fixture, base)).collect();
+        let fixtures = fixtures.map_err(SceneError::Fixture)?;
+        keeps_clear(&spec.robot, &fixtures)?;
+        Ok(Self { spec, meshes, fixtures })
+    }
+
+    /// The furniture of `world.fixtures`.
+    pub fn fixtures(&self) -> &[Fixture] {
+        &self.fixtures
     }
 
     /// The meshes of `world.meshes`.
@@ -130,6 +157,20 @@ pub struct ViewConditions {
     pub detector: DetectorSpec,
     /// Where from, and how many.
     pub views: ViewsSpec,
+}
+
+/// Refuses furniture in a fixed path's way.
+fn keeps_clear(robot: &RobotSpec, fixtures: &[Fixture]) -> Result<(), SceneError> {
+    let Some(track) = Track::fixed(&robot.path) else { return Ok(()) };
+    for (index, fixture) in fixtures.iter().enumerate() {
+        let middle = fixture.world_from_model.translation.vector.xy();
+        let distances = track.samples(STRIDE).map(|waypoint| (waypoint.position - middle).norm());
+        let (gap, needed) = (distances.fold(f64::INFINITY, f64::min), fixture.footprint() + ROBOT_RADIUS);
+        if gap < needed {
+            return Err(SceneError::Blocked { index, gap, needed });
+        }
+    }
+    Ok(())
 }
 
 /// Distance between the points of a path that are checked, metres.

@@ -119,10 +119,9 @@ fn difference(wgpu: &mut WgpuRenderer, scene: &RenderScene, shots: &[Shot]) -> D
     difference
 }
 
-#[expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 fn compare_tiles(wgpu: &mut WgpuRenderer, shots: &[TileShot<'_>], side: u32) {
-    let expected = ReferenceRenderer::new().tiles(shots, side).unwrap();
-    let got = wgpu.tiles(shots, side).unwrap();
+    let expected = ReferenceRenderer::new().tiles(shots, side).expect("the reference renders");
+    let got = wgpu.tiles(shots, side).expect("wgpu renders");
     assert_eq!(got.len(), shots.len());
     let mut difference = Difference::default();
     let (mut amodal, mut off) = (0, 0);

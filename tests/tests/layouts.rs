@@ -16,7 +16,10 @@ fn turntable() -> SmallScene {
         ("objects: 3", "objects: 1"),
         (CIRCLE, path),
         ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 0.8, yaw_deg: 0, pitch_deg: 0"),
-        ("training:\n  seed: 1", "training:\n  seed: 1\n  model: { trunk_steps: 2, steps: 2, batch: 4, trunk_batch: 8 }"),
+        (
+            "training:\n  seed: 1",
+            "training:\n  seed: 1\n  model: { trunk_steps: 2, steps: 2, batch: 4, trunk_batch: 8 }",
+        ),
     ])
 }
 
@@ -73,7 +76,8 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
     command.args(["import", "avd"]).arg(scene.path("d/avd/Home_001_1"));
     Finished::of(command.arg("--out").arg(scene.path("scan"))).expect(0, &[]);
 
-    let (ours, read) = (read_episode(&scene.path("d/0")).unwrap(), read_episode(&scene.path("scan")).unwrap());
+    let (ours, read) =
+        (read_episode(&scene.path("d/0")).unwrap(), read_episode(&scene.path("scan")).unwrap());
     assert_eq!(ours.observations.seed, Seed(0));
     assert_eq!(ours.observations.steps(), read.observations.steps());
     let camera = |episode: &vantage_dataset::Episode, step: usize| {
@@ -82,12 +86,16 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
     for step in 1..ours.observations.steps() {
         let motion = |episode| camera(episode, 0).inv_mul(&camera(episode, step));
         let apart = motion(&ours).inv_mul(&motion(&read));
-        assert!(apart.translation.vector.norm() < 1e-6 && apart.rotation.angle() < 1e-6, "step {step}: {apart}");
+        assert!(
+            apart.translation.vector.norm() < 1e-6 && apart.rotation.angle() < 1e-6,
+            "step {step}: {apart}"
+        );
     }
     assert!(!read.truth.objects.is_empty() && read.truth.objects.len() <= ours.truth.objects.len());
     for object in &read.truth.objects {
         let id = object.family.rsplit('_').next().unwrap();
-        let truth = ours.truth.objects.iter().find(|truth| format!("{:016x}", truth.instance.0) == id).unwrap();
+        let truth =
+            ours.truth.objects.iter().find(|truth| format!("{:016x}", truth.instance.0) == id).unwrap();
         let in_first = |episode, object: &vantage_dataset::ObjectTruth| {
             camera(episode, 0).inv_mul(&object.world_from_object).translation.vector
         };

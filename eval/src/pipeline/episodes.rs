@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use vantage_dataset::store::{Key, read_manifest, write_episode};
 use vantage_dataset::{Seed, Split};
 use vantage_sim::error::SimError;
-use vantage_sim::object::MeshLibrary;
+use vantage_sim::object::{Fixture, MeshLibrary};
 use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::{RobotSpec, SensorSpec, WorldSpec};
 use vantage_sim::simulate;
@@ -19,6 +19,8 @@ struct Inputs<'a> {
     world: &'a WorldSpec,
     #[serde(skip_serializing_if = "MeshLibrary::is_empty")]
     meshes: &'a MeshLibrary,
+    #[serde(skip_serializing_if = "<[Fixture]>::is_empty")]
+    fixtures: &'a [Fixture],
     robot: &'a RobotSpec,
     sensors: &'a SensorSpec,
     seed: Seed,
@@ -73,6 +75,7 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
         code: code::SIMULATED,
         world: scene.world(),
         meshes: scene.meshes(),
+        fixtures: scene.fixtures(),
         robot: scene.robot(),
         sensors: scene.sensors(),
         seed,

@@ -4,13 +4,13 @@ use super::atlas::{Rect, layout};
 use super::soup::{Material, Wrap};
 use super::surface::Facet;
 use super::{MeshFault, color};
-use crate::texture::{TEXTURE_SIDE, Texture};
+use crate::texture::{TEXTURE_SIDES, Texture};
 use image::RgbImage;
 use image::imageops::{FilterType, resize};
 use std::borrow::Cow;
 
 /// Side of a baked texture, texels: the largest there is.
-const SIDE: usize = TEXTURE_SIDE;
+const SIDE: usize = *TEXTURE_SIDES.end();
 /// Texels around a material that its triangles do not reach, so that filtering stays among its own colours.
 const MARGIN: usize = 2;
 /// Most looks that one texture holds.

@@ -1,59 +1,83 @@
-//! Meshes that stand where they are put: furniture.
+//! Meshes that stand where they are put: furniture from files.
 
 use crate::mesh_file::find::{Source, find};
 use crate::mesh_file::{self, MeshFault, MeshFileError, Units};
 use crate::model::Model;
 use crate::render::{NO_OBJECT, Placement};
+use crate::scene::FixtureSpec;
 use crate::world::convert::pose_to_physics;
-use nalgebra::Vector3;
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::{ColliderBuilder, SharedShape, Vector};
-use std::path::{Path, PathBuf};
+use serde::Serialize;
+use std::path::Path;
 use std::sync::Arc;
 use vantage_dataset::Pose;
 
-/// A piece of furniture from a mesh file; its origin is the centre of its bounding box.
-#[derive(Clone, Debug)]
+/// A piece of furniture from a mesh file, which stands on the floor.
+///
+/// It is serialized as what decides how it looks and where it stands, but for the scene's own words: as part of a key.
+#[derive(Clone, Debug, Serialize)]
 pub struct Fixture {
-    /// Its look.
-    pub model: Arc<Model>,
-    /// Half its extents along x, y, z, metres.
-    pub half_extents: Vector3<f64>,
     /// BLAKE3 hash of the contents of all files that it was read from, hexadecimal.
     pub hash: String,
-    /// A licence file that lies beside it.
-    pub licence: Option<PathBuf>,
+    /// Where it stands; its origin is the centre of its bounding box.
+    #[serde(skip)]
+    pub world_from_model: Pose,
+    /// Half its extents along x, y, z, metres.
+    #[serde(skip)]
+    pub half_extents: Vector3<f64>,
+    #[serde(skip)]
+    model: Arc<Model>,
+    #[serde(skip)]
     shape: SharedShape,
 }
 
+impl PartialEq for Fixture {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.hash, &self.world_from_model) == (&other.hash, &other.world_from_model)
+    }
+}
+
 impl Fixture {
-    /// Reads a file, or a folder that holds one mesh.
-    pub fn load(path: &Path, units: Units) -> Result<Self, MeshFileError> {
-        let sources = find(path)?;
-        let [source]: [Source; 1] = sources.try_into().map_err(|found: Vec<Source>| MeshFileError {
-            path: path.to_owned(),
+    /// Reads a file, or a folder that holds one mesh; its path is relative to the folder `base`.
+    pub fn load(spec: &FixtureSpec, base: &Path) -> Result<Self, MeshFileError> {
+        let path = base.join(&spec.path);
+        let [source]: [Source; 1] = find(&path)?.try_into().map_err(|found: Vec<Source>| MeshFileError {
+            path,
             fault: MeshFault::TooMany { what: "meshes", got: found.len(), limit: 1 },
         })?;
+        let units = Units { metres_per_unit: spec.metres_per_unit, up: spec.up };
         let loaded = mesh_file::load(&source, units)?;
         let mesh = &loaded.model.mesh;
         let vertices = mesh.positions.iter().map(|&p| Vector::from(p)).collect();
         let shape = SharedShape::trimesh(vertices, mesh.triangles.clone())
             .map_err(|_| source.error(MeshFault::NoTriangle))?;
+        let half_extents = mesh.half_extents();
+        let world_from_model = Pose::from_parts(
+            Translation3::new(spec.at[0], spec.at[1], half_extents.z),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), spec.yaw_deg.to_radians()),
+        );
         Ok(Self {
-            half_extents: mesh.half_extents(),
             hash: loaded.hash.to_hex().to_string(),
-            licence: source.licence,
+            world_from_model,
+            half_extents,
             shape,
             model: Arc::new(loaded.model),
         })
     }
 
     /// A fixed collider that is the surface itself, as seen from both sides.
-    pub fn collider(&self, world_from_model: &Pose) -> ColliderBuilder {
-        ColliderBuilder::new(self.shape.clone()).position(pose_to_physics(world_from_model))
+    pub fn collider(&self) -> ColliderBuilder {
+        ColliderBuilder::new(self.shape.clone()).position(pose_to_physics(&self.world_from_model))
     }
 
     /// What is drawn of it.
-    pub fn placement(&self, world_from_model: &Pose) -> Placement {
-        Placement { model: Arc::clone(&self.model), world_from_model: *world_from_model, id: NO_OBJECT }
+    pub fn placement(&self) -> Placement {
+        Placement { model: Arc::clone(&self.model), world_from_model: self.world_from_model, id: NO_OBJECT }
+    }
+
+    /// Radius of the circle around its footprint, metres.
+    pub fn footprint(&self) -> f64 {
+        libm::hypot(self.half_extents.x, self.half_extents.y)
     }
 }

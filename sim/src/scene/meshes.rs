@@ -37,6 +37,28 @@ pub struct MeshSpec {
     pub split: Option<Split>,
 }
 
+/// Furniture from a file, fixed where it stands, its surface solid; objects are not put on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct FixtureSpec {
+    /// An OBJ, glTF or GLB file, or the folder of one model; relative to the scene file.
+    #[garde(skip)]
+    pub path: PathBuf,
+    /// Length of the file's unit, metres: 1 for metres, 0.001 for millimetres.
+    #[garde(range(min = 1e-6, max = 1e6), custom(not_nan))]
+    pub metres_per_unit: f64,
+    /// The axis of the file that points up.
+    #[garde(skip)]
+    pub up: UpAxis,
+    /// Where the middle of its bounding box stands `[x, y]`, metres.
+    #[garde(inner(range(min = -250.0, max = 250.0), custom(not_nan)))]
+    pub at: [f64; 2],
+    /// Turn about the vertical, degrees.
+    #[serde(default)]
+    #[garde(range(min = -360.0, max = 360.0), custom(not_nan))]
+    pub yaw_deg: f64,
+}
+
 /// Turns about the vertical that leave the look of an object unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(rename_all = "snake_case")]

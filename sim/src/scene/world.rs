@@ -1,8 +1,8 @@
 //! `world`: surface, objects, room and light.
 
 use crate::object::Family;
-use crate::scene::MeshSpec;
 use crate::scene::furniture::PieceSpec;
+use crate::scene::meshes::{FixtureSpec, MeshSpec};
 use crate::scene::rule::{Interval, interval_within, not_nan};
 use garde::Validate;
 use schemars::JsonSchema;
@@ -24,6 +24,10 @@ pub struct WorldSpec {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(dive)]
     pub meshes: Vec<MeshSpec>,
+    /// Furniture from files, beside what the objects stand on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(length(max = 100), dive)]
+    pub fixtures: Vec<FixtureSpec>,
     /// Number of objects.
     #[garde(range(min = 1))]
     pub objects: u32,

@@ -1,5 +1,6 @@
 //! What stands in the room: stands for objects, and pieces of furniture.
 
+use crate::object::Fixture;
 use crate::robot::track::Track;
 use crate::scene::{PieceSpec, RobotSpec, Side, SurfaceSpec};
 use crate::world::stand::{Outline, Stand};
@@ -17,6 +18,8 @@ pub struct Furnishing {
     pub stands: Vec<Stand>,
     /// Pieces of furniture, each a set of blocks.
     pub pieces: Vec<Vec<Block>>,
+    /// Furniture from files.
+    pub fixtures: Vec<Fixture>,
 }
 
 /// A box along the world's axes.
@@ -38,7 +41,11 @@ impl Furnishing {
             let half = (max - min) / 2.0;
             (min + half, Outline::Rectangle { half_extents: half.into() })
         });
-        solid.chain(pieces).collect()
+        let fixtures = self.fixtures.iter().map(|fixture| {
+            let center = fixture.world_from_model.translation.vector.xy();
+            (center, Outline::Disc { radius: fixture.footprint() })
+        });
+        solid.chain(pieces).chain(fixtures).collect()
     }
 }
 
@@ -48,7 +55,7 @@ impl SurfaceSpec {
         let center = Vector2::zeros();
         let one = |height, outline| Furnishing {
             stands: vec![Stand::solid(center, height, outline)],
-            pieces: Vec::new(),
+            ..Furnishing::default()
         };
         match self {
             Self::RoundTable { radius, height } => one(*height, Outline::Disc { radius: *radius }),
@@ -65,7 +72,7 @@ impl SurfaceSpec {
                         Stand::solid(center, *height, Outline::Disc { radius: *radius })
                     })
                     .collect();
-                Furnishing { stands, pieces: Vec::new() }
+                Furnishing { stands, ..Furnishing::default() }
             }
             Self::Furniture(pieces) => {
                 let mut furnishing = Furnishing::default();

@@ -45,7 +45,8 @@ impl World {
     ) -> Result<Self, SimError> {
         let spec = scene.world();
         let objects = draw_objects(scene, split, seed)?;
-        let furnishing = spec.surface.furnish(scene.robot(), objects.len());
+        let mut furnishing = spec.surface.furnish(scene.robot(), objects.len());
+        furnishing.fixtures = scene.fixtures().to_vec();
         let stands = &furnishing.stands;
         let footprints: Vec<Footprint> = objects.iter().map(Footprint::of).collect();
         let places = layout::draw(

@@ -59,6 +59,9 @@ impl Physics {
                 .friction(FRICTION);
             world.insert_collider(collider, None);
         }
+        for fixture in &furnishing.fixtures {
+            world.insert_collider(fixture.collider().friction(FRICTION), None);
+        }
         Self { world }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::mesh::Mesh;
 use crate::model::Model;
+use crate::object::Fixture;
 use crate::render::{NO_OBJECT, Placement};
 use crate::scene::RoomSpec;
 use crate::world::furnishing::{Block, Furnishing};
@@ -35,6 +36,7 @@ pub fn placements(room: &RoomSpec, furnishing: &Furnishing, seed: Seed) -> Vec<P
         blocks.iter().for_each(|block| add_block(&mut mesh, block));
         placed(mesh, texture, Pose::identity())
     }));
+    drawn.extend(furnishing.fixtures.iter().map(Fixture::placement));
     let solid = || furnishing.stands.iter().filter(|stand| stand.solid);
     let Some(first) = solid().next() else { return drawn };
     let model = Arc::new(Model::new(stand_mesh(first), texture(3)));

@@ -157,7 +157,7 @@ fn all_come_to_rest_on_a_table() {
     let table = Stand::solid(Vector2::zeros(), 0.7, outline);
     for (entry, mesh) in library(&folder) {
         let place = Place { stand: 0, position: Vector2::zeros(), yaw: 0.3 };
-        let mut physics = Physics::new(&Furnishing { stands: vec![table], pieces: Vec::new() });
+        let mut physics = Physics::new(&Furnishing { stands: vec![table], ..Furnishing::default() });
         let object = [mesh.object.clone()];
         let poses = settle(&mut physics, &[table], &object, &[place], 20, &mut |_| ());
         let pose = poses.unwrap_or_else(|error| panic!("{}: {error}", text(entry, "name")))[0];

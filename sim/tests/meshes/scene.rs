@@ -9,12 +9,13 @@ use std::path::Path;
 use tempfile::TempDir;
 use vantage_dataset::{Pose, Seed, Split, Symmetry};
 use vantage_sim::error::SimError;
-use vantage_sim::mesh_file::{Units, UpAxis};
+use vantage_sim::mesh_file::UpAxis;
 use vantage_sim::object::{Catalog, Draw, Family, Fixture, MeshLibrary};
 use vantage_sim::render::reference::ReferenceRenderer;
+use vantage_sim::rollout::roll_out;
 use vantage_sim::scene::{
-    CheckedScene, MeshSpec, PathSpec, RobotSpec, SceneError, SceneSpec, SensorSpec, SymmetrySpec, ViewsSpec,
-    WorldSpec,
+    CheckedScene, FixtureSpec, MeshSpec, PathSpec, RobotSpec, SceneError, SceneSpec, SensorSpec,
+    SymmetrySpec, ViewsSpec, WorldSpec,
 };
 use vantage_sim::views::training_views;
 use vantage_sim::world::World;
@@ -219,18 +220,39 @@ fn a_scene_states_units_and_what_it_cannot_mean_is_refused() {
 fn a_mesh_as_furniture_carries_what_falls_on_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), "block.obj", &(obj_vertices() + &obj_faces(&FACES)));
-    let block = Fixture::load(&path, Units { metres_per_unit: 0.5, up: UpAxis::Z }).unwrap();
+    let spec = |at: [f64; 2]| FixtureSpec {
+        path: "block.obj".into(),
+        metres_per_unit: 0.5,
+        up: UpAxis::Z,
+        at,
+        yaw_deg: 23.0,
+    };
+    let block = Fixture::load(&spec([1.0, 2.0]), folder.path()).unwrap();
     assert!((block.half_extents - Vector3::repeat(0.25)).norm() < 1e-9);
-    let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.4);
+    let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 23f64.to_radians());
     let pose = Pose::from_parts(Translation3::new(1.0, 2.0, 0.25), yaw);
-    assert_eq!(block.placement(&pose).world_from_model, pose);
+    assert!((block.placement().world_from_model.inv_mul(&pose)).translation.vector.norm() < 1e-9);
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::new(0.0, 0.0, -9.81);
-    world.insert_collider(block.collider(&pose), None);
+    world.insert_collider(block.collider(), None);
     let body = RigidBodyBuilder::dynamic().translation(Vector::new(1.0, 2.0, 0.6));
     let ball = world.insert(body, ColliderBuilder::cuboid(0.05, 0.05, 0.05)).0;
     (0..240).for_each(|_| world.step());
     let height = world.bodies[ball].position().translation.z;
     assert!((height - 0.55).abs() < 0.005, "{height}");
     assert!(load_all(&path).is_ok());
+
+    let furnished = |at: [f64; 2]| {
+        let mut scene = tabletop(Vec::new(), 2);
+        scene.world.families = vec![Family::Can];
+        scene.world.fixtures = vec![spec(at)];
+        CheckedScene::new(scene, folder.path())
+    };
+    let scene = furnished([2.6, 2.0]).unwrap();
+    let rollout = roll_out(&scene, Seed(0), Split::Test, &mut |_| ()).unwrap();
+    assert_eq!(rollout.world.furnishing.fixtures, scene.fixtures());
+    let drawn = rollout.render_scene(&scene).placements;
+    assert!(drawn.iter().any(|placement| placement.world_from_model == scene.fixtures()[0].world_from_model));
+    let blocked = furnished([1.6, 0.0]).unwrap_err();
+    assert!(matches!(blocked, SceneError::Blocked { index: 0, .. }), "{blocked}");
 }

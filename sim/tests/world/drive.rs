@@ -57,7 +57,7 @@ fn a_blocked_path_is_an_error() {
     let robot = shipped("sparse_loop").robot;
     let center = Track::fixed(&robot.path).unwrap().waypoint(4.0).position;
     let block = Stand::solid(center, 0.5, Outline::Rectangle { half_extents: [0.5, 0.5] });
-    let got = driven(&robot, Furnishing { stands: vec![block], pieces: Vec::new() });
+    let got = driven(&robot, Furnishing { stands: vec![block], ..Furnishing::default() });
     assert!(matches!(got, Err(SimError::LeftThePath { step: 10..30, .. })), "{got:?}");
 }
 

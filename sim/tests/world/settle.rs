@@ -21,7 +21,7 @@ const TABLE: Stand = Stand {
 
 fn drop_one(object: Object, position: Vector2<f64>, seconds: u32) -> Result<Pose, SimError> {
     let places = [Place { stand: 0, position, yaw: 0.3 }];
-    let mut physics = Physics::new(&Furnishing { stands: vec![TABLE], pieces: Vec::new() });
+    let mut physics = Physics::new(&Furnishing { stands: vec![TABLE], ..Furnishing::default() });
     settle(&mut physics, &[TABLE], &[object], &places, seconds, &mut |_| ()).map(|poses| poses[0])
 }
 

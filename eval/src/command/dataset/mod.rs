@@ -107,6 +107,9 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     if !scene.meshes().is_empty() {
         provenance.insert("meshes".to_owned(), serde_json::to_value(scene.meshes())?);
     }
+    if !scene.fixtures().is_empty() {
+        provenance.insert("fixtures".to_owned(), serde_json::to_value(scene.fixtures())?);
+    }
     let mut of_all = provenance.clone();
     of_all.insert("seeds".to_owned(), serde_json::to_value(&seeds)?);
 

@@ -112,16 +112,21 @@ impl Canvas {
                     self.nearest[start..].first_chunk_mut::<STRIDE>(),
                 );
                 let (Some(depths), Some(numbers)) = pixels else { break };
-                let (behind, others) = (*depths, *numbers);
+                // Masks of bits instead of conditions, of which the compiler would make jumps.
                 let mut nearer = [0; STRIDE];
+                let mut inverse_depth = [0; STRIDE];
                 for i in 0..STRIDE {
                     let column = left + i as i32;
-                    let inverse_depth = plane.at(column);
-                    let covered = edges.inside(row, column) & (column < outline.right - outline.left);
-                    let wins = covered & (inverse_depth > behind[i]);
-                    depths[i] = if wins { inverse_depth } else { behind[i] };
-                    numbers[i] = if wins { number } else { others[i] };
-                    nearer[i] = u32::from(wins);
+                    let candidate = plane.at(column);
+                    let in_box = (column - (outline.right - outline.left)) >> 31;
+                    let in_front = -i32::from(candidate > depths[i]);
+                    nearer[i] = (edges.inside(row, column) & in_box & in_front) as u32;
+                    inverse_depth[i] = candidate.to_bits();
+                }
+                for i in 0..STRIDE {
+                    let kept = depths[i].to_bits() & !nearer[i];
+                    depths[i] = f32::from_bits((inverse_depth[i] & nearer[i]) | kept);
+                    numbers[i] = (number & nearer[i]) | (numbers[i] & !nearer[i]);
                 }
                 seen |= nearer != [0; STRIDE];
             }

@@ -50,11 +50,11 @@ pub(super) struct SmallEdges {
 }
 
 impl SmallEdges {
-    /// Whether a pixel, counted from the first of the outline's box, is covered.
+    /// All bits where a pixel, counted from the first of the outline's box, is covered; else none.
     #[inline(always)]
-    pub fn inside(&self, row: i32, column: i32) -> bool {
+    pub fn inside(&self, row: i32, column: i32) -> i32 {
         let edge = |i: usize| self.value[i] + self.per_row[i] * row + self.per_column[i] * column;
-        (edge(0) | edge(1) | edge(2)) >= 0
+        !((edge(0) | edge(1) | edge(2)) >> 31)
     }
 }
 
