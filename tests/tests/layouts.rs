@@ -18,7 +18,7 @@ fn turntable() -> SmallScene {
         ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 0.8, yaw_deg: 0, pitch_deg: 0"),
         (
             "training:\n  seed: 1",
-            "training:\n  seed: 1\n  model: { trunk_steps: 2, steps: 2, batch: 4, trunk_batch: 8 }",
+            "training:\n  seed: 1\n  model: { trunk_steps: 2, steps: 2, batch: 4, trunk_batch: 8, measurement_dim: 8 }",
         ),
     ])
 }

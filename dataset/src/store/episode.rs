@@ -282,6 +282,7 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
             extents: None,
         })
     })?;
+    manifest.check_count(folder, "objects", objects.len())?;
     let extents = manifest.read_table_if_listed(folder, &EXTENTS, |row| {
         row.take_index()?;
         let [half_sides, semi_axes] = [row.take_floats::<3>()?, row.take_floats::<3>()?].map(Vector3::from);
@@ -304,7 +305,6 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
         Ok(DetectionTruth { visible_fraction })
     })?;
     manifest.check_count(folder, "steps", world_from_robot.len())?;
-    manifest.check_count(folder, "objects", objects.len())?;
     manifest.check_count(folder, "detections", detections.len())?;
     let landmarks = landmarks.unwrap_or_default();
     Ok((timestamps, Truth { world_from_robot, objects, landmarks, detections }))

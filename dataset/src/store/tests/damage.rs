@@ -47,7 +47,7 @@ fn assert_every_damage_noticed(folder: &Path, read: impl Fn(&Path) -> Result<(),
 fn damage_to_any_file_of_an_episode_is_noticed() {
     let folder = tempfile::tempdir().unwrap();
     write_episode(folder.path(), &episode(Seed(5), 3, 2), Provenance::new()).unwrap();
-    assert_eq!(files(folder.path()).len(), 10);
+    assert_eq!(files(folder.path()).len(), 13);
     assert_every_damage_noticed(folder.path(), |folder| read_episode(folder).map(drop));
 }
 

@@ -84,9 +84,12 @@ fn the_layout_is_the_documented_one() {
         "crops_boxed.npy",
         "crops_masked.npy",
         "detections.csv",
+        "landmarks.csv",
         "odometry.csv",
         "timestamps.csv",
         "truth/detections.csv",
+        "truth/extents.csv",
+        "truth/landmarks.csv",
         "truth/objects.csv",
         "truth/robot.tum",
     ];
