@@ -1,13 +1,10 @@
 //! `webdataset` and `parquet`: labelled crops in shards.
 
-use super::{Format, Index, Need};
+use super::{Format, Index, Need, Source, taken_up};
 use crate::exit::BenchError;
-use crate::progress::Progress;
 use std::path::Path;
-use vantage_dataset::layout::{CropLayout, CropOptions, CropWriter, Opened};
-use vantage_dataset::store::Provenance;
+use vantage_dataset::layout::{CropLayout, CropOptions, CropWriter};
 use vantage_dataset::{Episode, Seed, Split};
-use vantage_sim::scene::CheckedScene;
 
 /// Crops in a shard: about 40 MB of them.
 const CROPS_PER_SHARD: u64 = 10_000;
@@ -27,34 +24,19 @@ pub struct Crops {
 
 impl Crops {
     /// Opens the folder.
-    pub fn open(
-        root: &Path,
-        layout: CropLayout,
-        name: &str,
-        scene: &CheckedScene,
-        split: Split,
-        provenance: &Provenance,
-        progress: &Progress,
-    ) -> Result<Self, BenchError> {
+    pub fn open(root: &Path, layout: CropLayout, source: &Source<'_>) -> Result<Self, BenchError> {
         let options = CropOptions {
             layout,
-            name: name.to_owned(),
-            licence: if scene.meshes().is_empty() { OURS } else { OTHERS }.to_owned(),
+            name: source.name.to_owned(),
+            licence: if source.scene.meshes().is_empty() { OURS } else { OTHERS }.to_owned(),
             samples_per_shard: CROPS_PER_SHARD,
         };
-        let (mut writer, skip) = match CropWriter::open(root, options, provenance.clone())? {
-            Opened::Finished(_) => (None, 0),
-            Opened::Unfinished { writer, skip, damage } => {
-                if let Some(damage) = damage {
-                    progress.note(&format!("warning: {damage}; it is written anew"));
-                }
-                (Some(writer), skip)
-            }
-        };
-        for (instance, licence) in super::images::licences(scene) {
+        let opened = CropWriter::open(root, options, source.provenance.clone())?;
+        let (mut writer, skip) = taken_up(opened, source.progress);
+        for (instance, licence) in super::images::licences(source.scene) {
             writer.iter_mut().for_each(|writer| writer.add_licence(instance, &licence));
         }
-        Ok(Self { writer, split, skip })
+        Ok(Self { writer, split: source.split, skip })
     }
 }
 

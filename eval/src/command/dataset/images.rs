@@ -1,13 +1,11 @@
 //! `bop` and `bop-webdataset`: whole images with the poses and masks of objects, and their meshes.
 
-use super::{Format, Index, Need};
+use super::{Format, Index, Need, Source, taken_up};
 use crate::exit::BenchError;
-use crate::progress::Progress;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use vantage_dataset::layout::{BopLayout, BopOptions, BopWriter, ObjectModel, Opened, Scene, Texture};
-use vantage_dataset::store::Provenance;
+use vantage_dataset::layout::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
 use vantage_dataset::{Capture, InstanceId, ObjectTruth, Seed, Split};
 use vantage_sim::object::Object;
 use vantage_sim::rollout::Rollout;
@@ -29,29 +27,14 @@ pub struct Images {
 
 impl Images {
     /// Opens the folder.
-    pub fn open(
-        root: &Path,
-        layout: BopLayout,
-        name: &str,
-        scene: &CheckedScene,
-        split: Split,
-        provenance: &Provenance,
-        progress: &Progress,
-    ) -> Result<Self, BenchError> {
-        let camera = scene.sensors().camera.intrinsics();
-        let options = BopOptions { layout, name: name.to_owned(), camera };
-        let (writer, skip) = match BopWriter::open(root, options, provenance.clone())? {
-            Opened::Finished(_) => (None, 0),
-            Opened::Unfinished { writer, skip, damage } => {
-                if let Some(damage) = damage {
-                    progress.note(&format!("warning: {damage}; it is written anew"));
-                }
-                (Some(writer), skip)
-            }
-        };
+    pub fn open(root: &Path, layout: BopLayout, source: &Source<'_>) -> Result<Self, BenchError> {
+        let camera = source.scene.sensors().camera.intrinsics();
+        let options = BopOptions { layout, name: source.name.to_owned(), camera };
+        let opened = BopWriter::open(root, options, source.provenance.clone())?;
+        let (writer, skip) = taken_up(opened, source.progress);
         let ids = writer.as_ref().map(BopWriter::ids).unwrap_or_default();
-        let licences = licences(scene);
-        Ok(Self { writer, split, skip, ids, licences, scene: 0, objects: Vec::new() })
+        let licences = licences(source.scene);
+        Ok(Self { writer, split: source.split, skip, ids, licences, scene: 0, objects: Vec::new() })
     }
 }
 

@@ -23,7 +23,7 @@ use index::Index;
 use std::collections::BTreeMap;
 use std::io::Write;
 use trajectories::Trajectories;
-use vantage_dataset::layout::{BopLayout, CropLayout};
+use vantage_dataset::layout::{BopLayout, CropLayout, Opened};
 use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed, Split};
 use vantage_sim::capture::capture;
@@ -81,6 +81,28 @@ trait Format {
     }
 }
 
+/// What a dataset of all seeds is made of.
+struct Source<'a> {
+    name: &'a str,
+    scene: &'a CheckedScene,
+    split: Split,
+    provenance: Provenance,
+    progress: &'a Progress,
+}
+
+/// The writer and how many samples it has already; none where all was finished before.
+fn taken_up<W>(opened: Opened<W>, progress: &Progress) -> (Option<W>, u64) {
+    match opened {
+        Opened::Finished(_) => (None, 0),
+        Opened::Unfinished { writer, skip, damage } => {
+            if let Some(damage) = damage {
+                progress.note(&format!("warning: {damage}; it is written anew"));
+            }
+            (Some(writer), skip)
+        }
+    }
+}
+
 /// Writes every format of every seed below `args.out`. What is there, whole and of this scene, is kept, and what a killed run
 /// left is gone on with. A seed without a world is told of and left out; if none has one, that is the error.
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
@@ -112,6 +134,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     }
     let mut of_all = provenance.clone();
     of_all.insert("seeds".to_owned(), serde_json::to_value(&seeds)?);
+    let source =
+        Source { name: &file.name, scene: &scene, split, provenance: of_all.clone(), progress: &progress };
 
     let mut formats: Vec<Box<dyn Format + '_>> = Vec::new();
     for format in &args.format {
@@ -121,48 +145,16 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
             DatasetFormat::Tum => Box::new(Trajectories::tum(&out)),
             DatasetFormat::G2o => Box::new(Trajectories::g2o(&out)),
             DatasetFormat::Webdataset => {
-                let root = at("webdataset");
-                Box::new(Crops::open(
-                    &root,
-                    CropLayout::WebDataset,
-                    &file.name,
-                    &scene,
-                    split,
-                    &of_all,
-                    &progress,
-                )?)
+                Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, &source)?)
             }
-            DatasetFormat::Parquet => {
-                let root = at("parquet");
-                Box::new(Crops::open(
-                    &root,
-                    CropLayout::Parquet,
-                    &file.name,
-                    &scene,
-                    split,
-                    &of_all,
-                    &progress,
-                )?)
-            }
-            DatasetFormat::Bop => {
-                let root = at("bop");
-                Box::new(Images::open(
-                    &root,
-                    BopLayout::Scenes,
-                    &file.name,
-                    &scene,
-                    split,
-                    &of_all,
-                    &progress,
-                )?)
+            DatasetFormat::Parquet => Box::new(Crops::open(&at("parquet"), CropLayout::Parquet, &source)?),
+            DatasetFormat::Bop => Box::new(Images::open(&at("bop"), BopLayout::Scenes, &source)?),
+            DatasetFormat::BopWebdataset => {
+                let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
+                Box::new(Images::open(&at("bop-webdataset"), layout, &source)?)
             }
             DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &scene)?),
             DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &scene)?),
-            DatasetFormat::BopWebdataset => {
-                let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
-                let root = at("bop-webdataset");
-                Box::new(Images::open(&root, layout, &file.name, &scene, split, &of_all, &progress)?)
-            }
         });
     }
     let mut index = Index::read(&out, of_all);
