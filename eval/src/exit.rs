@@ -72,6 +72,20 @@ pub enum BenchError {
         /// Where it was looked for.
         folder: PathBuf,
     },
+    /// A folder holds a dataset of another scene.
+    #[error(
+        "{} holds a dataset of another scene, split or renderer; choose another folder with --out", folder.display()
+    )]
+    OtherData {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A picture that would not be one.
+    #[error("--out {}: expected the name of a PNG file", path.display())]
+    NoPicture {
+        /// What was asked for.
+        path: PathBuf,
+    },
     /// A format that this scene's images cannot be written in.
     #[error("--format {format}: {reason}; choose another format or scene")]
     Unsuitable {
@@ -211,6 +225,8 @@ impl BenchError {
             BenchError::Sim(_)
             | BenchError::NoObject { .. }
             | BenchError::Unsuitable { .. }
+            | BenchError::OtherData { .. }
+            | BenchError::NoPicture { .. }
             | BenchError::Rules(_)
             | BenchError::Leak { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,

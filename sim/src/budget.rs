@@ -2,7 +2,7 @@
 
 use crate::error::SimError;
 use crate::robot::track::Track;
-use crate::scene::{CheckedScene, PathSpec, ViewConditions};
+use crate::scene::{CheckedScene, PathSpec, SensorSpec, ViewConditions};
 use crate::texture::TEXTURE_SIDE;
 use vantage_dataset::crop::CROP_BYTES;
 
@@ -18,6 +18,8 @@ const OBJECT_BYTES: u64 = (TEXTURE_SIDE * TEXTURE_SIDE * 4) as u64 * 4 / 3 + 120
 const PIXEL_BYTES: u64 = 2 * (3 + 4 + 4);
 /// A detection with its two crops and its truth, bytes.
 const DETECTION_BYTES: u64 = 2 * CROP_BYTES as u64 + 200;
+/// A sighting of a landmark, bytes.
+const SIGHTING_BYTES: u64 = 48;
 /// A pose, an odometry measurement and a timestamp, bytes.
 const STEP_BYTES: u64 = 500;
 /// A training view, bytes.
@@ -37,12 +39,20 @@ pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
         .saturating_mul(OBJECT_BYTES)
         .saturating_add(pixels.saturating_mul(PIXEL_BYTES))
         .saturating_add(steps.saturating_mul(STEP_BYTES))
-        .saturating_add(objects.saturating_mul(steps).saturating_mul(DETECTION_BYTES));
+        .saturating_add(objects.saturating_mul(steps).saturating_mul(DETECTION_BYTES))
+        .saturating_add(steps.saturating_mul(extras(scene.sensors())));
     refuse_above_limit(
         bytes,
         "the episode",
-        "`world.objects`, `robot.steps` or the camera's `width` and `height`",
+        "`world.objects`, the number of images, landmarks or false detections, or the camera's `width` and `height`",
     )
+}
+
+/// Bytes of landmarks and of detections of nothing in an image.
+fn extras(sensors: &SensorSpec) -> u64 {
+    let landmarks = sensors.landmarks.as_ref().map_or(0, |spec| u64::from(spec.count));
+    let nothing = sensors.detector.faults.as_ref().map_or(0.0, |faults| faults.false_per_image.ceil());
+    landmarks * SIGHTING_BYTES + nothing as u64 * DETECTION_BYTES
 }
 
 /// No track of a path is longer, metres; 0 where nothing drives.

@@ -2,7 +2,7 @@
 
 use crate::error::SimError;
 use crate::observer::{Look, Observer};
-use crate::render::{Renderer, Shot};
+use crate::render::{MAX_SIDE, Renderer, Shot};
 use crate::sensor::bounds;
 use crate::sensor::detector::Target;
 use nalgebra::Vector2;
@@ -46,7 +46,9 @@ fn silhouette(
     let camera = shot.camera;
     let camera_from_object = shot.world_from_camera.inv_mul(&target.world_from_object);
     let reach = bounds::projected(&camera, &camera_from_object, &target.half_extents);
-    let border = if reach.is_truncated(&camera) { [camera.width / 2, camera.height / 2] } else { [0, 0] };
+    let beside = |side: u32| (side / 2).min((MAX_SIDE - side.min(MAX_SIDE)) / 2);
+    let border =
+        if reach.is_truncated(&camera) { [beside(camera.width), beside(camera.height)] } else { [0, 0] };
     let canvas = Camera {
         width: camera.width + 2 * border[0],
         height: camera.height + 2 * border[1],

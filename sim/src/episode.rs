@@ -5,7 +5,7 @@ use crate::observer::{Look, Observer};
 use crate::render::Renderer;
 use crate::rollout::{Rollout, roll_out};
 use crate::scene::CheckedScene;
-use crate::sensor::close_up::{self, Setting};
+use crate::sensor::close_up;
 use vantage_dataset::{Episode, Observations, Seed, Split, Truth};
 
 /// What may be done with a look.
@@ -35,8 +35,9 @@ pub fn observe<E: From<SimError>>(
 ) -> Result<Episode, E> {
     let mut observer = Observer::new(scene, rollout);
     let mut seen = if rollout.is_turntable() {
-        let settings: Vec<Setting> = (0..rollout.steps()).map(|step| observer.setting(step)).collect();
-        close_up::detect(scene.sensors(), &observer.targets()[0], &settings, renderer, rollout.seed)?
+        let target = &observer.targets()[0];
+        let setting = |step: usize| observer.setting(step);
+        close_up::detect(scene.sensors(), target, rollout.steps(), setting, renderer, rollout.seed)?
     } else {
         Vec::new()
     };

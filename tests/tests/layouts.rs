@@ -62,15 +62,18 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert!(scene.path("model/model.json").exists());
 }
 
+fn apartment() -> SmallScene {
+    SmallScene::new(&[
+        (CIRCLE, "grid: { spacing: 0.3, headings: 12, clearance: 0.35 }"),
+        ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 1.25, yaw_deg: 0, pitch_deg: -16"),
+        ("length: 6.5, width: 5.5", "length: 2.6, width: 2.4"),
+        ("width: 320, height: 240", "width: 160, height: 120"),
+    ])
+}
+
 #[test]
 fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
-    let path = "grid: { spacing: 0.8, headings: 12, clearance: 0.2 }";
-    let scene = SmallScene::new(&[
-        (CIRCLE, path),
-        ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 1.25, yaw_deg: 0, pitch_deg: -16"),
-        ("length: 6.5, width: 5.5", "length: 4.4, width: 3.6"),
-        ("width: 320, height: 240", "width: 160, height: 120"),
-    ]);
+    let scene = apartment();
     dataset(&scene, "vantage,avd", "1").expect(0, &[]);
     let mut command = bench();
     command.args(["import", "avd"]).arg(scene.path("d/avd/Home_001_1"));
@@ -102,6 +105,33 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
         let off = (in_first(&read, object) - in_first(&ours, truth)).norm();
         assert!(off < truth.size, "{}: {off} m off", truth.family);
     }
+}
+
+#[test]
+fn killed_layouts_are_gone_on_with_and_those_of_other_scenes_refused() {
+    let scene = turntable();
+    dataset(&scene, "bigbird", "1").expect(0, &[]);
+    fs::create_dir_all(scene.path("d/bigbird/.partial/left_over")).unwrap();
+    let more = dataset(&scene, "bigbird", "2");
+    more.expect(0, &[]);
+    assert!(
+        more.stdout.contains("1 episodes written") && more.stdout.contains("1 already"),
+        "{}",
+        more.stdout
+    );
+    let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
+    fs::write(scene.path("scene.yaml"), text.replace("distance: 0.8,", "distance: 0.9,")).unwrap();
+    dataset(&scene, "bigbird", "2").expect(2, &["another scene"]);
+
+    let home = apartment();
+    dataset(&home, "avd", "1").expect(0, &[]);
+    let whole = fs::read(home.path("d/avd/Home_001_1/image_structs.mat")).unwrap();
+    fs::write(home.path("d/avd/.Home_001_1.unfinished"), "").unwrap();
+    fs::remove_file(home.path("d/avd/Home_001_1/annotations.json")).unwrap();
+    dataset(&home, "avd", "1").expect(0, &[]);
+    assert_eq!(fs::read(home.path("d/avd/Home_001_1/image_structs.mat")).unwrap(), whole);
+    assert!(home.path("d/avd/Home_001_1/annotations.json").exists());
+    assert!(!home.path("d/avd/.Home_001_1.unfinished").exists());
 }
 
 #[test]

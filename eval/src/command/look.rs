@@ -12,6 +12,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Camera, Pose, Seed, Split, View};
+use vantage_sim::object::Catalog;
 use vantage_sim::observer::Observer;
 use vantage_sim::render::choice::open;
 use vantage_sim::render::{Renderer, Shot};
@@ -36,6 +37,9 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let file: SceneFile = scene_file::read(&args.scene)?;
     let scene = file.checked(&args.scene)?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.png", file.name)));
+    if path.extension().is_none_or(|extension| extension != "png") || path.exists() && !path.is_file() {
+        return Err(BenchError::NoPicture { path });
+    }
     let out = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {
@@ -51,13 +55,14 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
         sheet.place(picture, column * PICTURE, row * PICTURE * 3 / 4, PICTURE);
     }
     let conditions = scene.view_conditions();
-    let set = training_views(&conditions, Split::Test, INSTANCES, seed, renderer.as_mut(), &mut |_| {})?;
-    for instance in 0..INSTANCES {
+    let shown = instances(&scene);
+    let set = training_views(&conditions, Split::Test, shown, seed, renderer.as_mut(), &mut |_| {})?;
+    for instance in 0..shown {
         let mut views: Vec<&View> = set.views.iter().filter(|view| view.instance == instance).collect();
         views.sort_by(|a, b| a.viewpoint.azimuth().total_cmp(&b.viewpoint.azimuth()));
-        let shown = VIEWS.min(views.len());
-        for row in 0..shown {
-            let crop = &views[row * views.len() / shown].crop;
+        let rows = VIEWS.min(views.len());
+        for row in 0..rows {
+            let crop = &views[row * views.len() / rows].crop;
             let panel = Panel::new(CROP_SIDE as u32, CROP_SIDE as u32, crop.0.to_vec())?;
             let top = PICTURE + PICTURE / 2 + row as u32 * CROP;
             sheet.place(&panel, instance as u32 * CROP, top, CROP);
@@ -67,6 +72,12 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     out.write(name, &sheet.png()?)?;
     writeln!(stdout, "{}", path.display())?;
     Ok(Exit::Success)
+}
+
+/// As many instances as are shown: fewer only where the scene has no family and fewer meshes.
+fn instances(scene: &CheckedScene) -> usize {
+    let catalog = Catalog::new(&scene.world().families, scene.meshes(), Split::Test);
+    catalog.in_turn(INSTANCES).len()
 }
 
 /// The world from above, then the camera's images.

@@ -104,6 +104,7 @@ pub fn concerns_one_seed(error: &SimError) -> bool {
             | SimError::DidNotSettle { .. }
             | SimError::LeftTheWorld { .. }
             | SimError::LeftThePath { .. }
+            | SimError::NoWalk { .. }
             | SimError::NonFinite { .. }
     )
 }

@@ -42,8 +42,7 @@ pub fn train_on(
     validation: &Path,
     folder: &Path,
 ) -> Result<(), BenchError> {
-    let conditions =
-        scene_file::hash(&[training, validation].map(|set| read_manifest(set).map(|m| m.seal).ok()))?;
+    let conditions = scene_file::hash(&[read_manifest(training)?.seal, read_manifest(validation)?.seal])?;
     fit(pipeline, &read_views(training)?, &read_views(validation)?, conditions, folder)
 }
 

@@ -10,7 +10,8 @@ const WAVES: usize = 3;
 
 /// Sways the camera about where a robot would have held it; the robot's frame goes with it.
 ///
-/// Stream: `hand`, once. A camera that stays within `sway` metres and `tilt_deg` degrees along and about each axis.
+/// Stream: `hand`, once. The offset is `Exp` of a tangent
+/// within `tilt_deg` degrees about and `sway` metres along each axis.
 pub fn sway(spec: &HandheldSpec, robot_from_camera: &Pose, drive: &mut Drive, seed: Seed) {
     let mut stream = seed.stream("hand", 0);
     let amplitudes = [spec.tilt_deg.to_radians(), spec.sway];

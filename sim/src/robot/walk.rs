@@ -3,6 +3,7 @@
 use super::chain::Chain;
 use crate::error::SimError;
 use crate::robot::body;
+use crate::scene::path::SHARPEST;
 use crate::scene::rule::Interval;
 use crate::world::ground::Ground;
 use nalgebra::Vector2;
@@ -17,8 +18,6 @@ const STRIDE: f64 = 0.05;
 const TRIES: usize = 200;
 /// Walks begun before giving up.
 const RESTARTS: usize = 50;
-/// Sharper turns are not taken, radians: an arc needs room.
-const SHARPEST: f64 = 0.75 * PI;
 
 /// Draws a walk of straight legs that keeps the robot's body `clearance` metres from everything.
 pub fn draw(
@@ -37,10 +36,19 @@ pub fn draw(
             let Some(next) = next_point(&points, leg_length, margin, ground, stream) else { break };
             points.push(next);
         }
-        if points.len() > legs as usize {
-            return Ok(Chain::rounded(&points, false, CORNER));
+        if points.len() <= legs as usize {
+            longest = longest.max(points.len() - 1);
+            continue;
         }
-        longest = longest.max(points.len() - 1);
+        let chain = Chain::rounded(&points, false, CORNER);
+        let strides = (chain.length() / STRIDE).ceil() as u32;
+        let keeps_clear = (0..=strides).all(|i| {
+            let along = chain.length() * f64::from(i) / f64::from(strides.max(1));
+            ground.clearance(&chain.waypoint(along).position) >= margin
+        });
+        if keeps_clear {
+            return Ok(chain);
+        }
     }
     Err(SimError::NoWalk { legs: legs as usize, longest })
 }

@@ -30,7 +30,7 @@ pub enum PathSpec {
     /// From point to point, corners rounded.
     Waypoints {
         /// The points `[x, y]`, metres.
-        #[garde(length(min = 2, max = 1000), custom(finite_and_apart))]
+        #[garde(length(min = 2, max = 1000), custom(drivable(*closed)))]
         points: Vec<[f64; 2]>,
         /// Whether it goes on from the last point to the first.
         #[serde(default)]
@@ -71,7 +71,7 @@ pub enum PathSpec {
         #[garde(range(min = 0.2, max = 10.0), custom(not_nan))]
         distance: f64,
         /// Elevations of the cameras, degrees.
-        #[garde(length(min = 1, max = 20), inner(range(min = 0.0, max = 89.0)))]
+        #[garde(length(min = 1, max = 20), inner(range(min = 0.0, max = 89.0), custom(not_nan)))]
         elevations_deg: Vec<f64>,
         /// Evenly spaced angles in a turn.
         #[garde(range(min = 1, max = 3600))]
@@ -123,19 +123,41 @@ fn at_most_half(length: f64, width: f64) -> impl Fn(&f64, &()) -> garde::Result 
 /// Distance below which two points are one, metres.
 const APART: f64 = 0.05;
 
-fn finite_and_apart(points: &[[f64; 2]], _: &()) -> garde::Result {
+/// Sharper turns are not driven, radians.
+pub const SHARPEST: f64 = 0.75 * std::f64::consts::PI;
+
+fn drivable(closed: bool) -> impl Fn(&Vec<[f64; 2]>, &()) -> garde::Result {
+    move |points, ()| finite_and_apart(points, closed)
+}
+
+fn finite_and_apart(points: &[[f64; 2]], closed: bool) -> garde::Result {
     if points.iter().flatten().any(|x| !x.is_finite() || x.abs() > 500.0) {
         return Err(garde::Error::new("expected coordinates within 500 m of the origin"));
     }
-    let close = points.windows(2).position(|pair| {
-        let [a, b] = [pair[0], pair[1]];
-        libm::hypot(b[0] - a[0], b[1] - a[1]) < APART
-    });
-    match close {
+    let count = points.len();
+    let lines = if closed { count } else { count.saturating_sub(1) };
+    let line = |i: usize| {
+        let (a, b) = (points[i % count], points[(i + 1) % count]);
+        [b[0] - a[0], b[1] - a[1]]
+    };
+    if let Some(i) = (0..lines).find(|&i| libm::hypot(line(i)[0], line(i)[1]) < APART) {
+        let next = (i + 1) % count;
+        return Err(garde::Error::new(format!(
+            "points {i} and {next} are closer than {APART} m: leave one out"
+        )));
+    }
+    let turn = |i: usize| {
+        let ([ax, ay], [bx, by]) = (line(i), line(i + 1));
+        libm::atan2(ax * by - ay * bx, ax * bx + ay * by).abs()
+    };
+    let corners = if closed { count } else { count.saturating_sub(2) };
+    match (0..corners).find(|&i| turn(i) > SHARPEST) {
         None => Ok(()),
         Some(i) => Err(garde::Error::new(format!(
-            "points {i} and {} are closer than {APART} m: leave one out",
-            i + 1
+            "at point {} the path turns by {:.0} degrees, expected at most {:.0}: put a point between",
+            (i + 1) % count,
+            turn(i).to_degrees(),
+            SHARPEST.to_degrees()
         ))),
     }
 }
@@ -152,7 +174,7 @@ fn three_close(points: usize) -> impl Fn(&bool, &()) -> garde::Result {
 fn lanes_apart(length: f64, width: f64) -> impl Fn(&u32, &()) -> garde::Result {
     move |lanes, ()| {
         let spacing = width / f64::from(lanes.saturating_sub(1).max(1));
-        if spacing < 0.4 || spacing > length {
+        if spacing < 0.4 - 1e-9 || spacing > length {
             return Err(garde::Error::new(format!(
                 "lanes would be {spacing:.2} m apart, expected 0.4 m to the path's length ({length} m)"
             )));

@@ -17,7 +17,7 @@ pub struct RobotSpec {
     #[serde(default = "once")]
     #[garde(range(min = 0.01, max = 100.0), custom(not_nan), custom(laps_of(&self.path)))]
     pub laps: f64,
-    /// Metres per second.
+    /// Metres per second, of what drives.
     #[serde(default = "walking_pace")]
     #[garde(range(min = 0.01, max = 2.0), custom(not_nan))]
     pub speed: f64,
@@ -26,7 +26,7 @@ pub struct RobotSpec {
     #[serde(default)]
     #[garde(inner(range(min = 2)), custom(steps_of(&self.path)))]
     pub steps: Option<u32>,
-    /// Whether it starts at the beginning of a closed path or anywhere on it, by the seed.
+    /// Whether it starts at the beginning of a closed path or anywhere on it, by the seed; open paths have one beginning.
     #[serde(default, skip_serializing_if = "StartSpec::is_default")]
     #[garde(skip)]
     pub start: StartSpec,
@@ -35,7 +35,7 @@ pub struct RobotSpec {
     pub camera: MountSpec,
     /// Carries the camera by hand instead: it sways in all six degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(dive)]
+    #[garde(dive, custom(hand_of(&self.path, self.camera.height)))]
     pub handheld: Option<HandheldSpec>,
 }
 
@@ -92,6 +92,19 @@ fn once() -> f64 {
 
 fn walking_pace() -> f64 {
     0.5
+}
+
+fn hand_of(path: &PathSpec, height: f64) -> impl Fn(&Option<HandheldSpec>, &()) -> garde::Result {
+    move |hand, ()| match hand {
+        Some(_) if path.stations() => {
+            Err(garde::Error::new("cameras of a turntable or a grid do not sway; leave `handheld` out"))
+        }
+        Some(hand) if hand.sway >= height => Err(garde::Error::new(format!(
+            "a sway of {} m would take the camera, {height} m high, below the floor",
+            hand.sway
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn laps_of(path: &PathSpec) -> impl Fn(&f64, &()) -> garde::Result {

@@ -26,18 +26,20 @@ pub struct Setting {
     pub shot: Shot,
 }
 
-/// Reports the one target at every step at which enough of it is seen; it has the id 1 in every setting. Boxes are as exact as
-/// tiles are, to a 64th of their side.
+/// Reports the one target at each of so many steps at which enough of it is seen; it has the id 1 in every setting. Boxes are as
+/// exact as tiles are, to a 64th of their side. An image's border hides nothing, and there are no detections of nothing.
 pub fn detect(
     spec: &SensorSpec,
     target: &Target,
-    settings: &[Setting],
+    steps: usize,
+    setting: impl Fn(usize) -> Setting,
     renderer: &mut dyn Renderer,
     seed: Seed,
 ) -> Result<Vec<(Detection, DetectionTruth)>, SimError> {
-    let mut seen = Vec::with_capacity(settings.len());
-    for (batch, first) in settings.chunks(BATCH).zip((0..).step_by(BATCH)) {
-        let shots: Vec<TileShot<'_>> = batch.iter().map(|setting| tile_of(target, setting)).collect();
+    let mut seen = Vec::with_capacity(steps);
+    for first in (0..steps).step_by(BATCH) {
+        let settings: Vec<Setting> = (first..steps.min(first + BATCH)).map(&setting).collect();
+        let shots: Vec<TileShot<'_>> = settings.iter().map(|setting| tile_of(target, setting)).collect();
         let tiles = renderer.tiles(&shots, TILE_SIDE)?;
         let detections: Vec<Option<(Detection, DetectionTruth)>> = shots
             .par_iter()

@@ -7,6 +7,8 @@ use vantage_dataset::{BoundingBox, Detection, Seed};
 
 /// Sides of the boxes of false detections, pixels.
 const FALSE_SIDES: [f64; 2] = [24.0, 120.0];
+/// Of pixels in the mask of a detection of nothing.
+const INSIDE: u32 = 1;
 /// An object's number in the streams of a step.
 const TRACKS: u64 = 1 << 20;
 
@@ -52,17 +54,33 @@ pub fn false_detections(
             let sides = Vector2::new(side(), side());
             let min = Vector2::new(stream.unit(), stream.unit()).component_mul(&(size - sides));
             let bounding_box = BoundingBox { min, max: min + sides };
-            let crop = cut(image, &Window::around(&bounding_box), None);
+            let (ids, mask_pixels) = ellipse(image, &bounding_box);
+            let window = Window::around(&bounding_box);
             Detection {
                 step,
                 track: first_track + i,
                 bounding_box,
-                mask_pixels: (sides.x * sides.y) as u32,
-                masked_crop: crop.clone(),
-                boxed_crop: crop,
+                mask_pixels,
+                masked_crop: cut(&Labelled { ids: &ids, ..*image }, &window, Some(INSIDE)),
+                boxed_crop: cut(image, &window, None),
             }
         })
         .collect()
+}
+
+/// The id of pixels in an ellipse that fills a box, and how many there are: nothing has a mask as other things have.
+fn ellipse(image: &Labelled<'_>, bounds: &BoundingBox) -> (Vec<u32>, u32) {
+    let (center, half) = (bounds.center(), (bounds.max - bounds.min) / 2.0);
+    let mut ids = vec![0; image.ids.len()];
+    let mut pixels = 0;
+    for (i, id) in ids.iter_mut().enumerate() {
+        let at = Vector2::new((i % image.width) as f64 + 0.5, (i / image.width) as f64 + 0.5);
+        if (at - center).component_div(&half).norm() <= 1.0 {
+            *id = INSIDE;
+            pixels += 1;
+        }
+    }
+    (ids, pixels.max(1))
 }
 
 #[cfg(test)]

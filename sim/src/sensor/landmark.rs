@@ -5,7 +5,7 @@ use crate::scene::LandmarkSpec;
 use nalgebra::{Point3, Vector2, Vector3};
 use vantage_dataset::{LandmarkSighting, Seed, Stream};
 
-/// A landmark is hidden where what is seen at its pixel is nearer than it by more than this share of its depth.
+/// A landmark is seen where the depth at its pixel is its own to within this share.
 const DEPTH_TOLERANCE: f64 = 0.02;
 
 /// Draws landmarks evenly over the area of everything that is no object, world frame, metres.
@@ -48,7 +48,7 @@ fn point_in([a, b, c]: &[Point3<f64>; 3], stream: &mut Stream) -> Point3<f64> {
     a + (b - a) * u + (c - a) * v
 }
 
-/// The landmarks that a frame shows, with noise; visible by the frame's depth.
+/// The landmarks that a frame shows, with noise; visible by the frame's depth. What noise takes out of the image is lost.
 ///
 /// Stream: `landmark pixel`, by step.
 pub fn sight(
@@ -75,13 +75,12 @@ pub fn sight(
         }
         let index = pixel.y as usize * frame.width as usize + pixel.x as usize;
         let seen = f64::from(frame.depth[index]);
-        if frame.ids[index] == NO_OBJECT && seen >= in_camera.z * (1.0 - DEPTH_TOLERANCE) {
-            sightings.push(LandmarkSighting {
-                step,
-                landmark,
-                pixel: pixel + noise,
-                sigma: spec.pixel_sigma,
-            });
+        if frame.ids[index] == NO_OBJECT && (seen - in_camera.z).abs() <= in_camera.z * DEPTH_TOLERANCE {
+            let measured = pixel + noise;
+            let size = Vector2::new(f64::from(frame.width), f64::from(frame.height));
+            if measured.min() >= 0.0 && (size - measured).min() > 0.0 {
+                sightings.push(LandmarkSighting { step, landmark, pixel: measured, sigma: spec.pixel_sigma });
+            }
         }
     }
     sightings

@@ -13,7 +13,7 @@ pub mod wallpaper;
 
 use crate::error::{Progress, SimError};
 use crate::object::{Catalog, Draw, Object};
-use crate::scene::CheckedScene;
+use crate::scene::{CheckedScene, PathSpec};
 use furnishing::Furnishing;
 use layout::Footprint;
 use physics::Physics;
@@ -49,13 +49,16 @@ impl World {
         furnishing.fixtures = scene.fixtures().to_vec();
         let stands = &furnishing.stands;
         let footprints: Vec<Footprint> = objects.iter().map(Footprint::of).collect();
-        let places = layout::draw(
+        let mut places = layout::draw(
             stands,
             spec.surface.name(),
             &footprints,
             spec.spacing,
             &mut seed.stream("layout", 0),
         )?;
+        if matches!(scene.robot().path, PathSpec::Turntable { .. }) {
+            places.iter_mut().for_each(|place| place.position = stands[place.stand].center);
+        }
         let mut physics = Physics::new(&furnishing);
         let world_from_object = settle::settle(&mut physics, stands, &objects, &places, PATIENCE, progress)?;
         Ok(Self { furnishing, objects, world_from_object, physics })

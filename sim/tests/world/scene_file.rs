@@ -5,7 +5,9 @@ use vantage_dataset::{Seed, Split};
 use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
-use vantage_sim::scene::{CheckedScene, PathSpec, SceneSpec, SurfaceSpec, WorldSpec};
+use vantage_sim::scene::{
+    CheckedScene, HandheldSpec, PathSpec, PieceSpec, SceneSpec, SurfaceSpec, WorldSpec,
+};
 use vantage_sim::views::training_views;
 
 const SHARING: [&str; 6] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "apartment"];
@@ -43,6 +45,30 @@ fn paths_and_their_parameters_are_checked_together() {
         spec.robot.path = PathSpec::Waypoints { points, closed: false, corner_radius: 0.5 };
     };
     assert!(with(&through_the_table).contains("bump into"));
+    let waypoints = |points: &[[f64; 2]], closed: bool| {
+        let points = points.to_vec();
+        move |spec: &mut SceneSpec| {
+            spec.robot.laps = 1.0;
+            spec.robot.path = PathSpec::Waypoints { points: points.clone(), closed, corner_radius: 0.5 };
+        }
+    };
+    assert!(with(&waypoints(&[], false)).contains("robot.path"));
+    assert!(with(&waypoints(&[[0.0, 0.0]], true)).contains("robot.path"));
+    let square = [[-2.2, -1.6], [2.2, -1.6], [2.2, 1.2], [-2.2, -1.6]];
+    assert!(with(&waypoints(&square, true)).contains("leave one out"));
+    let back = [[-2.2, -1.6], [2.2, -1.6], [-2.2, -1.55]];
+    assert!(with(&waypoints(&back, false)).contains("turns by 179 degrees"));
+    let lanes = |spec: &mut SceneSpec| {
+        spec.robot.laps = 1.0;
+        spec.robot.path = PathSpec::Lawnmower { length: 4.0, width: 3.0, lanes: 0 };
+    };
+    assert!(with(&lanes).contains("lanes"));
+    assert!(with(&|spec| spec.robot.path = PathSpec::Circle { radius: 1e9 }).contains("radius"));
+    let outside = |spec: &mut SceneSpec| {
+        let SurfaceSpec::Furniture(pieces) = &mut spec.world.surface else { return };
+        pieces.push(PieceSpec::Block { at: [3.9, 0.0], size: [1.0, 1.0, 1.0] });
+    };
+    assert!(with(&outside).contains("reaches beyond world.room"));
     let grid = PathSpec::Grid { spacing: 0.3, headings: 12, clearance: 0.1 };
     assert!(with(&|spec| spec.robot.path = grid.clone()).contains("leave `steps` out"));
     let pedestals = |spec: &mut SceneSpec| {
@@ -51,6 +77,16 @@ fn paths_and_their_parameters_are_checked_together() {
         spec.world.surface = shipped("corridor").world.surface;
     };
     assert!(with(&pedestals).contains("choose another path"));
+    let swaying = |spec: &mut SceneSpec| {
+        *spec = shipped("apartment");
+        spec.robot.handheld = Some(HandheldSpec { sway: 0.05, tilt_deg: 1.0, period: 2.0 });
+    };
+    assert!(with(&swaying).contains("leave `handheld` out"));
+    let below = |spec: &mut SceneSpec| {
+        *spec = shipped("turntable");
+        spec.robot.camera.height = 0.5;
+    };
+    assert!(with(&below).contains("below the table's top"));
     let two = |spec: &mut SceneSpec| {
         *spec = shipped("turntable");
         spec.world.objects = 2;

@@ -52,6 +52,8 @@ fn false_detections_have_tracks_of_their_own_and_no_object() {
     let pairs = || faulty.observations.detections.iter().zip(&faulty.truth.detections);
     let false_tracks: Vec<usize> = pairs().map(|(d, _)| d.track).filter(|track| *track >= objects).collect();
     assert!(!false_tracks.is_empty());
+    let nothing = || pairs().map(|(d, _)| d).filter(|d| d.track >= objects);
+    assert!(nothing().all(|d| d.masked_crop != d.boxed_crop));
     assert!(false_tracks.iter().copied().eq(objects..objects + false_tracks.len()), "{false_tracks:?}");
     assert!(pairs().all(|(d, truth)| (d.track >= objects) == (truth.visible_fraction <= 0.0)));
     let real = faulty.observations.detections.len() - false_tracks.len();

@@ -1,77 +1,97 @@
 //! `avd`: a grid of images in the layout of the Active Vision dataset, one scan a seed.
 
-use super::{Format, Index, Need};
+use super::claim::claim;
+use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputError;
 use std::fs;
 use std::path::{Path, PathBuf};
-use vantage_dataset::layout::avd::{AvdWriter, HEADINGS, ScanName, SceneType};
+use vantage_dataset::layout::avd::{AvdWriter, GRID, HEADINGS, ScanName, SceneType};
+use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed};
 use vantage_sim::rollout::Rollout;
-use vantage_sim::scene::{CheckedScene, PathSpec};
+use vantage_sim::scene::PathSpec;
 
-/// Marks a scan as finished: it is written last.
-const LAST: &str = "annotations.json";
-/// Homes are numbered with three digits.
+/// Homes are numbered from 1, with three digits.
 const HOMES: u64 = 999;
+/// How far a grid may be from that of the dataset, metres.
+const TOLERANCE: f64 = 1e-9;
 
 /// Folders of scans.
+///
+/// A file `.<scan>.unfinished` beside a scan's folder says that the folder is ours and not whole yet.
 pub struct Avd {
     root: PathBuf,
-    scan: Option<AvdWriter>,
+    scan: Option<(AvdWriter, PathBuf)>,
 }
 
 impl Avd {
     /// Below `root`.
-    pub fn open(root: &Path, scene: &CheckedScene) -> Result<Self, BenchError> {
-        match &scene.robot().path {
-            PathSpec::Grid { headings, .. } if *headings == HEADINGS => {
-                Ok(Self { root: root.to_owned(), scan: None })
-            }
-            _ => Err(BenchError::Unsuitable {
-                format: "avd",
-                reason: format!("robot.path is no grid of {HEADINGS} headings"),
-            }),
+    pub fn open(root: &Path, source: &Source<'_>, provenance: &Provenance) -> Result<Self, BenchError> {
+        let unsuitable = |reason: String| Err(BenchError::Unsuitable { format: "avd", reason });
+        let PathSpec::Grid { spacing, headings, .. } = &source.scene.robot().path else {
+            return unsuitable("robot.path is no grid".to_owned());
+        };
+        if *headings != HEADINGS || (spacing - GRID).abs() > TOLERANCE {
+            return unsuitable(format!(
+                "its grid has {HEADINGS} headings and points {GRID} m apart, robot.path.grid {headings} and {spacing}"
+            ));
         }
+        if source.scene.world().look_alike.is_some_and(|tint| tint <= 0.0) {
+            return unsuitable("a scan has no two equal objects, and world.look_alike is 0".to_owned());
+        }
+        source.require_seeds_below(HOMES, "avd")?;
+        claim(root, provenance)?;
+        Ok(Self { root: root.to_owned(), scan: None })
+    }
+
+    fn folder(&self, name: &ScanName) -> PathBuf {
+        self.root.join(name.to_string())
+    }
+
+    fn mark(&self, name: &ScanName) -> PathBuf {
+        self.root.join(format!(".{name}.unfinished"))
     }
 }
 
-fn name(seed: Seed) -> Result<ScanName, BenchError> {
-    let home = seed.0 + 1;
-    let scene = u16::try_from(home).ok().filter(|_| home <= HOMES).ok_or_else(|| BenchError::Unsuitable {
-        format: "avd",
-        reason: format!("homes have three digits, and seed {} would be home {home}", seed.0),
-    })?;
-    Ok(ScanName { scene_type: SceneType::Home, scene, scan: 1 })
+fn name(seed: Seed) -> ScanName {
+    ScanName { scene_type: SceneType::Home, scene: seed.0 as u16 + 1, scan: 1 }
+}
+
+fn cannot(path: &Path) -> impl FnOnce(std::io::Error) -> OutputError + use<> {
+    let path = path.to_owned();
+    move |source| OutputError { path, source }
 }
 
 impl Format for Avd {
     fn need(&mut self, seed: Seed, _: &Index) -> Result<Need, BenchError> {
-        let folder = self.root.join(name(seed)?.to_string());
-        Ok(if folder.join(LAST).exists() { Need::Nothing } else { Need::Captures })
+        let name = name(seed);
+        let finished = self.folder(&name).exists() && !self.mark(&name).exists();
+        Ok(if finished { Need::Nothing } else { Need::Captures })
     }
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
-        let scan = name(rollout.seed)?;
-        let folder = self.root.join(scan.to_string());
-        for part in ["jpg_rgb", "high_res_depth"] {
-            let path = folder.join(part);
-            if path.exists() {
-                fs::remove_dir_all(&path).map_err(|source| OutputError { path, source })?;
-            }
+        let name = name(rollout.seed);
+        let (folder, mark) = (self.folder(&name), self.mark(&name));
+        if folder.exists() {
+            fs::remove_dir_all(&folder).map_err(cannot(&folder))?;
         }
-        let writer = AvdWriter::create(&self.root, scan, rollout.camera, &rollout.world.truth())?;
-        self.scan = Some(writer);
+        fs::write(&mark, []).map_err(cannot(&mark))?;
+        let writer = AvdWriter::create(&self.root, name, rollout.camera, &rollout.world.truth())?;
+        self.scan = Some((writer, mark));
         Ok(())
     }
 
     fn image(&mut self, step: usize, capture: &Capture) -> Result<(), BenchError> {
-        let Some(scan) = &mut self.scan else { return Ok(()) };
+        let Some((scan, _)) = &mut self.scan else { return Ok(()) };
         let step = step as u32;
         Ok(scan.push(step / HEADINGS, step % HEADINGS, capture)?)
     }
 
     fn episode(&mut self, _: &Episode) -> Result<(), BenchError> {
-        self.scan.take().map_or(Ok(()), |scan| Ok(scan.finish()?))
+        let Some((scan, mark)) = self.scan.take() else { return Ok(()) };
+        scan.finish()?;
+        fs::remove_file(&mark).map_err(cannot(&mark))?;
+        Ok(())
     }
 }

@@ -1,15 +1,17 @@
 //! `bigbird`: a turntable's images as those of the BigBIRD rig, one folder an object.
 
-use super::{Format, Index, Need};
+use super::claim::claim;
+use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use vantage_dataset::layout::bigbird::{BigBirdWriter, CAMERAS};
 use vantage_dataset::layout::object_name;
+use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Pose, Seed};
 use vantage_sim::rollout::Rollout;
-use vantage_sim::scene::{CheckedScene, PathSpec};
+use vantage_sim::scene::PathSpec;
 
 /// Marks an object's folder as finished.
 const LAST: &str = "calibration.h5";
@@ -25,7 +27,8 @@ pub struct BigBird {
 
 impl BigBird {
     /// Below `root`.
-    pub fn open(root: &Path, scene: &CheckedScene) -> Result<Self, BenchError> {
+    pub fn open(root: &Path, source: &Source<'_>, provenance: &Provenance) -> Result<Self, BenchError> {
+        let scene = source.scene;
         let unsuitable = |reason: String| BenchError::Unsuitable { format: "bigbird", reason };
         let PathSpec::Turntable { elevations_deg, angles, .. } = &scene.robot().path else {
             return Err(unsuitable("robot.path is none of turntable".to_owned()));
@@ -41,6 +44,7 @@ impl BigBird {
                 "angles are whole degrees, and robot.path.turntable.angles, {angles}, does not divide 360"
             )));
         }
+        claim(root, provenance)?;
         Ok(Self { root: root.to_owned(), degrees: 360 / angles, object: None })
     }
 
@@ -68,6 +72,10 @@ impl Format for BigBird {
         fs::create_dir_all(&work).map_err(self.cannot())?;
         let objects = rollout.world.truth();
         let Some(object) = objects.first() else { return Ok(()) };
+        let folder = self.root.join(object_name(object));
+        if folder.exists() {
+            return Err(BenchError::NotOurs { folder });
+        }
         let height = rollout.world.furnishing.stands.first().map_or(0.0, |stand| stand.height);
         let world_from_table = Pose::translation(0.0, 0.0, height);
         let writer = BigBirdWriter::create(&work, object, 0, world_from_table)?;
@@ -85,9 +93,6 @@ impl Format for BigBird {
         let Some((writer, name)) = self.object.take() else { return Ok(()) };
         writer.finish()?;
         let (work, folder) = (self.root.join(WORK), self.root.join(&name));
-        if folder.exists() {
-            return Err(BenchError::NotOurs { folder });
-        }
         fs::rename(work.join(&name), &folder)
             .and_then(|()| fs::remove_dir_all(&work))
             .map_err(self.cannot())?;

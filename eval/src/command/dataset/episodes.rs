@@ -26,6 +26,9 @@ impl Format for Episodes<'_> {
         let folder = self.out.path().join(seed.0.to_string());
         match verify(&folder) {
             Ok(manifest) if manifest.provenance == self.provenance => Ok(Need::Nothing),
+            Ok(manifest) if manifest.provenance.get("scene") != self.provenance.get("scene") => {
+                Err(BenchError::OtherData { folder })
+            }
             Err(error @ StoreError::Newer { .. }) => Err(error.into()),
             _ if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
             _ => Ok(Need::Episode),

@@ -11,6 +11,9 @@ use vantage_sim::object::Object;
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::CheckedScene;
 
+/// Scenes have numbers of six digits.
+const MOST_SCENES: u64 = 1_000_000;
+
 /// A dataset of images.
 pub struct Images {
     /// None where it was finished before.
@@ -28,6 +31,7 @@ pub struct Images {
 impl Images {
     /// Opens the folder.
     pub fn open(root: &Path, layout: BopLayout, source: &Source<'_>) -> Result<Self, BenchError> {
+        source.require_seeds_below(MOST_SCENES, "bop")?;
         let camera = source.scene.sensors().camera.intrinsics();
         let options = BopOptions { layout, name: source.name.to_owned(), camera };
         let opened = BopWriter::open(root, options, source.provenance.clone())?;
@@ -54,7 +58,7 @@ impl Format for Images {
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
-        self.scene = u32::try_from(rollout.seed.0).unwrap_or(u32::MAX);
+        self.scene = rollout.seed.0 as u32;
         self.objects = rollout.world.truth();
         for object in &rollout.world.objects {
             let next = self.ids.len() as u32 + 1;

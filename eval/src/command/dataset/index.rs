@@ -42,6 +42,11 @@ impl Index {
         self.episodes.get(&seed.0).copied()
     }
 
+    /// Whether episodes were made, and none of them shows anything.
+    pub fn is_without_crops(&self) -> bool {
+        !self.episodes.is_empty() && self.episodes.values().all(|counts| counts.crops == 0)
+    }
+
     /// Counts an episode.
     pub fn count(&mut self, episode: &Episode) {
         let objects = episode.truth.objects.len();

@@ -2,6 +2,7 @@
 
 mod avd;
 mod bigbird;
+mod claim;
 mod crops;
 mod episodes;
 mod images;
@@ -85,9 +86,23 @@ trait Format {
 struct Source<'a> {
     name: &'a str,
     scene: &'a CheckedScene,
+    seeds: &'a [Seed],
     split: Split,
     provenance: Provenance,
     progress: &'a Progress,
+}
+
+impl Source<'_> {
+    /// Refuses seeds that a format has no numbers for.
+    fn require_seeds_below(&self, limit: u64, format: &'static str) -> Result<(), BenchError> {
+        match self.seeds.iter().find(|seed| seed.0 >= limit) {
+            None => Ok(()),
+            Some(seed) => Err(BenchError::Unsuitable {
+                format,
+                reason: format!("it numbers scenes below {limit}, and seed {} is none of them", seed.0),
+            }),
+        }
+    }
 }
 
 /// The writer and how many samples it has already; none where all was finished before.
@@ -134,11 +149,18 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     }
     let mut of_all = provenance.clone();
     of_all.insert("seeds".to_owned(), serde_json::to_value(&seeds)?);
-    let source =
-        Source { name: &file.name, scene: &scene, split, provenance: of_all.clone(), progress: &progress };
+    let source = Source {
+        name: &file.name,
+        scene: &scene,
+        seeds: &seeds,
+        split,
+        provenance: of_all.clone(),
+        progress: &progress,
+    };
 
     let mut formats: Vec<Box<dyn Format + '_>> = Vec::new();
-    for format in &args.format {
+    let asked = args.format.iter().enumerate().filter(|(i, format)| !args.format[..*i].contains(format));
+    for (_, format) in asked {
         let at = |name: &str| out.path().join(name);
         formats.push(match format {
             DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone())),
@@ -153,15 +175,15 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
                 let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
                 Box::new(Images::open(&at("bop-webdataset"), layout, &source)?)
             }
-            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &scene)?),
-            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &scene)?),
+            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source, &provenance)?),
+            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source, &provenance)?),
         });
     }
     let mut index = Index::read(&out, of_all);
     let mut maker = Maker { scene: &scene, split, renderer: opened.renderer };
     let stage = progress.stage("episodes", seeds.len() as u64);
     let (mut written, mut kept, mut failure) = (0, 0, None);
-    for seed in seeds {
+    for &seed in &seeds {
         match maker.make(seed, &mut formats, &mut index) {
             Ok(true) => {
                 written += 1;
@@ -176,11 +198,20 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         }
         stage.advance(1);
     }
-    formats.into_iter().try_for_each(Format::finish)?;
+    if written + kept > 0 {
+        formats.into_iter().try_for_each(Format::finish)?;
+    }
     drop(stage);
     writeln!(stdout, "{written} episodes written to {}, {kept} already there", out.path().display())?;
     match failure {
         Some(error) if written + kept == 0 => Err(error.into()),
+        _ if index.is_without_crops() => {
+            progress.note(
+                "warning: no detection in any image; look at the scene with `bench look`, and lower \
+                 sensors.detector.min_mask_pixels or min_visible_fraction",
+            );
+            Ok(Exit::NothingEvaluated)
+        }
         _ => Ok(Exit::Success),
     }
 }
