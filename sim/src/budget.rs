@@ -44,7 +44,7 @@ pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
     refuse_above_limit(
         bytes,
         "the episode",
-        "`world.objects`, the number of images, landmarks or false detections, or the camera's `width` and `height`",
+        "`world.objects`, `robot.steps`, landmarks, false detections or the camera's `width` and `height`",
     )
 }
 
