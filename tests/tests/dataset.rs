@@ -135,3 +135,24 @@ fn what_is_not_ours_or_of_other_seeds_is_refused() {
     write("1").expect(0, &[]);
     write("2").expect(2, &["seeds"]);
 }
+
+#[test]
+fn episodes_of_another_scene_are_left_as_they_are() {
+    let scene = SmallScene::new(&[]);
+    let write = || {
+        let mut command = bench();
+        command.arg("dataset").arg(scene.path("scene.yaml")).args([
+            "--renderer",
+            "reference",
+            "--seeds",
+            "1",
+        ]);
+        Finished::of(command.arg("--out").arg(scene.path("d")))
+    };
+    write().expect(0, &[]);
+    let before = files(&scene.path("d/0"));
+    let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
+    fs::write(scene.path("scene.yaml"), text.replace("objects: 3", "objects: 2")).unwrap();
+    write().expect(2, &["another scene"]);
+    assert!(files(&scene.path("d/0")) == before);
+}

@@ -115,8 +115,10 @@ fn from_above(room: &RoomSpec, camera: &Camera) -> Shot {
     Shot { camera, world_from_camera: Pose::new(Vector3::z() * height, Vector3::x() * PI) }
 }
 
+/// Where the camera was at each step, in the picture from above.
 fn path_in(above: &Shot, rollout: &Rollout) -> Vec<[f64; 2]> {
     let camera_from_world = above.world_from_camera.inverse();
-    let positions = rollout.drive.world_from_robot.iter().map(|pose| Point3::from(pose.translation.vector));
+    let cameras = (0..rollout.steps()).map(|step| rollout.shot(step).world_from_camera);
+    let positions = cameras.map(|pose| Point3::from(pose.translation.vector));
     positions.filter_map(|p| Some(above.camera.project(&(camera_from_world * p))?.into())).collect()
 }

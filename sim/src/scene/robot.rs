@@ -25,6 +25,7 @@ pub struct RobotSpec {
     /// are taken.
     #[serde(default)]
     #[garde(inner(range(min = 2)), custom(steps_of(&self.path)))]
+    #[schemars(range(min = 2))]
     pub steps: Option<u32>,
     /// Whether it starts at the beginning of a closed path or anywhere on it, by the seed; open paths have one beginning.
     #[serde(default, skip_serializing_if = "StartSpec::is_default")]

@@ -21,14 +21,22 @@ impl<'a> Episodes<'a> {
     }
 }
 
+impl Episodes<'_> {
+    /// Whether it tells of the same data, made by other code: which is made anew.
+    fn is_older(&self, found: &Provenance) -> bool {
+        let but_code = |provenance: &Provenance| -> Provenance {
+            provenance.clone().into_iter().filter(|(what, _)| what != "code").collect()
+        };
+        but_code(found) == but_code(&self.provenance)
+    }
+}
+
 impl Format for Episodes<'_> {
     fn need(&mut self, seed: Seed, _: &Index) -> Result<Need, BenchError> {
         let folder = self.out.path().join(seed.0.to_string());
         match verify(&folder) {
             Ok(manifest) if manifest.provenance == self.provenance => Ok(Need::Nothing),
-            Ok(manifest) if manifest.provenance.get("scene") != self.provenance.get("scene") => {
-                Err(BenchError::OtherData { folder })
-            }
+            Ok(manifest) if !self.is_older(&manifest.provenance) => Err(BenchError::OtherData { folder }),
             Err(error @ StoreError::Newer { .. }) => Err(error.into()),
             _ if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
             _ => Ok(Need::Episode),
