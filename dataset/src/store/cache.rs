@@ -1,11 +1,11 @@
 //! A content-addressed cache: what a stage made from equal inputs is made once.
 //!
 //! ```text
-//! <root>/cache.json                    the format of this folder
-//! <root>/entries/<stage>/<key>/        finished: the stage's files and, written last, entry.json
-//! <root>/work/<stage>-<key>/           being made, or left by a run that was killed
-//! <root>/locks/<stage>-<key>           held while an entry is made; says by which process
-//! <root>/quarantine/<stage>-<key>-<n>/ entries whose files were not those that were written
+//! cache.json                    the format of this folder
+//! entries/<stage>/<key>/        finished: the stage's files and, written last, entry.json
+//! work/<stage>-<key>/           being made, or left by a run that was killed
+//! locks/<stage>-<key>           held while an entry is made; says by which process
+//! quarantine/<stage>-<key>-<n>/ entries whose files were not those that were written
 //! ```
 //!
 //! An entry appears by one rename, so that a reader sees all of it or nothing, and a killed run leaves only
