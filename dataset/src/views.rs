@@ -2,6 +2,7 @@
 
 use crate::crop::Crop;
 use crate::instance::{InstanceId, Split, Symmetry};
+use crate::sighting::Sighting;
 use crate::viewpoint::Viewpoint;
 
 /// A set of crops of many instances of one split, grouped by instance.
@@ -42,6 +43,9 @@ pub struct View {
     /// Error of the box centre as a bearing to the object's centre: the two tangents of the measured ray less
     /// those of the true one, over the object's angular size. Fits the noise of the geometric measurement.
     pub box_center_error: [f64; 2],
+    /// What odometry and the box say of it, where a robot's way was simulated: all that the viewpoint-predictive model's
+    /// training reads of a view beside its crop.
+    pub sighting: Option<Sighting>,
 }
 
 impl ViewSet {

@@ -29,6 +29,9 @@ pub enum Command {
     Import(ImportArgs),
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),
+    /// Trains models in several ways on the same views and compares them.
+    #[cfg(feature = "train")]
+    Study(StudyArgs),
     /// Trains the scene's model from scratch.
     #[cfg(feature = "train")]
     Train(TrainArgs),
@@ -126,6 +129,24 @@ pub struct LookArgs {
     /// The PNG to write; by default `out/` and the scene's name.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+}
+
+/// `bench study FILE`: models compared.
+#[cfg(feature = "train")]
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct StudyArgs {
+    /// The study file.
+    #[arg(value_name = "STUDY")]
+    pub study: PathBuf,
+    /// Folder that gets a folder of results by the study's name.
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,

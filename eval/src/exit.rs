@@ -5,6 +5,7 @@ use crate::output::OutputError;
 use crate::results::ResultsError;
 use crate::scene_file::SceneFileError;
 use crate::score::pairs::PairsError;
+use crate::study_file::VariantError;
 use crate::table::TableError;
 use crate::trajectory::TrajectoryError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -52,6 +53,9 @@ pub enum BenchError {
     /// See [`SceneFileError`].
     #[error(transparent)]
     Scene(#[from] SceneFileError),
+    /// See [`VariantError`].
+    #[error(transparent)]
+    Variant(#[from] VariantError),
     /// See [`OutputError`].
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -211,7 +215,7 @@ impl BenchError {
     /// The exit code this error ends with.
     pub fn exit(&self) -> Exit {
         match self {
-            BenchError::Scene(_) => Exit::BadInput,
+            BenchError::Scene(_) | BenchError::Variant(_) => Exit::BadInput,
             BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
             BenchError::Store(error) => match error.exit_code() {
                 2 => Exit::BadInput,

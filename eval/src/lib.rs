@@ -29,5 +29,6 @@ pub mod scene_file;
 pub mod score;
 pub mod seeds;
 pub mod statistics;
+pub mod study_file;
 pub mod table;
 pub mod trajectory;

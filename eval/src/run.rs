@@ -15,6 +15,8 @@ pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Import(args)) => command::import(args, stdout),
         Some(Command::Look(args)) => command::look(args, stdout),
         #[cfg(feature = "train")]
+        Some(Command::Study(args)) => command::study(args, stdout),
+        #[cfg(feature = "train")]
         Some(Command::Train(args)) => command::train(args, stdout),
         Some(Command::Schema) => {
             stdout.write_all(schema::<SceneFile>()?.as_bytes())?;

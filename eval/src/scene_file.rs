@@ -145,7 +145,7 @@ fn is_known_version(version: &u32, _: &()) -> garde::Result {
     }
 }
 
-fn is_file_name(name: &str, _: &()) -> garde::Result {
+pub(crate) fn is_file_name(name: &str, _: &()) -> garde::Result {
     let allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_' || b == b'-';
     if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
         Ok(())

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use vantage_dataset::{Seed, Split};
-use vantage_learn::{LatentGaussian, Progress, Stage, TrainingSpec, ViewpointModel, train};
+use vantage_learn::{LatentGaussian, Progress, Stage, Training, TrainingSpec, ViewpointModel, train};
 
 const STEPS: u32 = 30;
 
@@ -29,7 +29,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         last = Instant::now();
         ControlFlow::Continue(())
     };
-    train(&training, &validation, &spec, Seed(0), &BTreeMap::new(), folder.path(), &mut watch)?;
+    let asked = Training {
+        training: &training,
+        validation: &validation,
+        spec: &spec,
+        seed: Seed(0),
+        provenance: &BTreeMap::new(),
+        folder: folder.path(),
+        trunks: None,
+    };
+    train(asked, &mut watch)?;
     println!("{:.2} s for the export", last.elapsed().as_secs_f64());
     let crops = [spec.trunk_batch, spec.batch * spec.views];
     for ((name, times), crops) in ["trunk", "autoencoder"].into_iter().zip(&mut times).zip(crops) {

@@ -1,6 +1,7 @@
 //! The sizes of the networks: what a change of architecture edits.
 
 use crate::latent::LatentLayout;
+use crate::spec::{Motion, Objective, TrainingSpec};
 use serde::{Deserialize, Serialize};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 
@@ -13,18 +14,54 @@ pub const PIXEL_CENTER: f32 = 0.5;
 /// Range of the logarithm of a latent's variance in one view's factor.
 pub const LOG_VARIANCE: (f32, f32) = (-8.0, 4.0);
 
-/// The networks of the viewpoint-dependent model, by their sizes.
+/// What the networks are told of a viewpoint, or of its change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Convention {
+    /// `x_rel`: see [`Viewpoint::conditioning`](vantage_dataset::Viewpoint::conditioning).
+    #[default]
+    Viewpoint,
+    /// From one view of an object to another, about its centre: cosine and sine of `m` times the change of azimuth for
+    /// `m = 1..=5`, the upright numbers of the first view (zeros where there is none), those of the second.
+    ObjectCentredChange,
+    /// `first_camera_from_second_camera`: the rotation's first two columns, then the translation in metres.
+    CameraMotion,
+    /// Nothing.
+    None,
+}
+
+impl Convention {
+    /// How many numbers.
+    pub fn width(self) -> usize {
+        match self {
+            Convention::Viewpoint => CONDITIONING,
+            Convention::ObjectCentredChange => CONDITIONING + UPRIGHT,
+            Convention::CameraMotion => 9,
+            Convention::None => 0,
+        }
+    }
+
+    /// Whether its first numbers are the harmonics of an angle by which a latent can turn.
+    pub fn turns(self) -> bool {
+        matches!(self, Convention::Viewpoint | Convention::ObjectCentredChange)
+    }
+}
+
+/// The networks of a model, by their sizes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Architecture {
+    /// What the networks are told of viewpoints.
+    #[serde(default)]
+    pub convention: Convention,
     /// Output channels of the trunk's convolutions: 4x4, stride 2, padding 1, each followed by a ReLU.
     pub trunk: Vec<usize>,
     /// Numbers of the trunk's features `t(z)`: a linear layer and a ReLU on the last convolution.
     pub features: usize,
     /// `d_m`, numbers of the reduced measurement `m(z)` of IV-C: a linear layer on `t(z)`, then whitening.
     pub measurement: usize,
-    /// Hidden layers of the encoder `q(e | z, x_rel)`, from `t(z)`, the crop's principal components and the upright
-    /// conditioning, with ReLUs.
+    /// Hidden layers of the encoder `q(e | z, x_rel)`, from `t(z)`, the crop's principal components and, where the
+    /// convention is that of viewpoints, the upright conditioning, with ReLUs.
     pub encoder: Vec<usize>,
     /// The latent `e`.
     pub latent: LatentLayout,
@@ -34,27 +71,59 @@ pub struct Architecture {
     /// Whether the decoder is fed the absolute azimuth beside the latent it has turned. If not, a turn of the
     /// viewpoint and of the latent cancel exactly.
     pub decoder_sees_azimuth: bool,
+    /// Whether the decoder is fed the reduced measurement of the first view (Eq. 15), zeros where there is none.
+    #[serde(default)]
+    pub decoder_sees_source: bool,
     /// Principal components of a crop that the encoder sees and the image head predicts.
     pub components: usize,
 }
 
 impl Architecture {
-    /// The default networks around a latent and a reduced measurement of the given sizes.
-    pub fn new(latent: LatentLayout, measurement: usize) -> Self {
-        Self {
+    /// The networks that a training asks for; `None` where its latent is too small.
+    pub fn new(spec: &TrainingSpec) -> Option<Self> {
+        let convention = match (spec.objective, spec.predictive.motion) {
+            (Objective::ViewpointDependent, _) => Convention::Viewpoint,
+            (Objective::ViewpointPredictive, Motion::ObjectCentred | Motion::TrueObjectCentred) => {
+                Convention::ObjectCentredChange
+            }
+            (Objective::ViewpointPredictive, Motion::Camera) => Convention::CameraMotion,
+            (Objective::Autoencoder | Objective::Contrastive, _) => Convention::None,
+        };
+        let latent = if spec.steerable && convention.turns() {
+            LatentLayout::with_dimension(spec.latent_dim)?
+        } else {
+            LatentLayout { invariant: spec.latent_dim, pairs_per_harmonic: 0 }
+        };
+        Some(Self {
+            convention,
             trunk: vec![24, 48, 96],
             features: 256,
-            measurement,
+            measurement: spec.measurement_dim,
             encoder: vec![256, 256],
             latent,
             decoder: vec![256, 256],
-            decoder_sees_azimuth: true,
+            decoder_sees_azimuth: convention == Convention::Viewpoint
+                || (convention.turns() && !spec.steerable),
+            decoder_sees_source: spec.objective == Objective::ViewpointPredictive
+                && spec.predictive.source > 0.0,
             components: 96,
-        }
+        })
     }
 
-    /// Numbers the decoder sees beside the latent.
+    /// Numbers of the conditioning that the encoder sees.
+    pub fn encoder_conditioning(&self) -> usize {
+        if self.convention == Convention::Viewpoint { UPRIGHT } else { 0 }
+    }
+
+    /// Numbers at the end of the conditioning that the decoder sees beside the latent.
     pub fn decoder_conditioning(&self) -> usize {
-        if self.decoder_sees_azimuth { CONDITIONING } else { UPRIGHT }
+        let harmonics = if self.convention.turns() && !self.decoder_sees_azimuth { 2 * HARMONICS } else { 0 };
+        self.convention.width() - harmonics
+    }
+
+    /// Numbers the decoder sees.
+    pub fn decoder_inputs(&self) -> usize {
+        let source = if self.decoder_sees_source { self.measurement } else { 0 };
+        self.latent.dimension() + self.decoder_conditioning() + source
     }
 }

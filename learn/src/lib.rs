@@ -29,7 +29,7 @@ mod spec;
 #[cfg(feature = "train")]
 mod train;
 
-pub use architecture::Architecture;
+pub use architecture::{Architecture, Convention};
 pub use canary::{CANARY, Canary, CanaryCase};
 pub use error::{GraphError, ModelError};
 pub use latent::{LatentGaussian, LatentLayout};
@@ -37,8 +37,9 @@ pub use manifest::{FileRecord, GraphRecord, MANIFEST, Manifest, Role, TrainingRe
 pub use model::{LARGEST_FILE, Linearization, ViewpointModel};
 pub use onnx::{OPERATORS, OPSET, Signature, TensorSpec};
 pub use residual::ResidualNoise;
-pub use spec::TrainingSpec;
+pub use spec::{ClassSpec, Motion, Objective, Pairs, PredictiveSpec, TrainingSpec};
 #[cfg(feature = "train")]
 pub use train::{
-    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, Progress, SHEET, Stage, TrainError, train, view_set_hash,
+    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, Progress, SHEET, Stage, TrainError, Training, train,
+    view_set_hash,
 };

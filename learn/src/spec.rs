@@ -1,14 +1,92 @@
-//! `model`: how the viewpoint-dependent model is trained.
+//! `model`: what is trained, and how.
 
 use crate::latent::LatentLayout;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Training of the viewpoint-dependent model. Every field has a default.
+/// What a training minimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Objective {
+    /// `p(z | e, x_rel)` of III-A, by the bound of Eq. 12.
+    #[default]
+    ViewpointDependent,
+    /// `p(z' | z, e, Delta X)` of III-B, by the bound of Eq. 20: from association and odometry alone.
+    ViewpointPredictive,
+    /// A rival: a variational autoencoder of single crops, without viewpoints or association.
+    Autoencoder,
+    /// A rival: crops of one instance are pulled together and others pushed apart (InfoNCE), without viewpoints.
+    Contrastive,
+}
+
+/// What the viewpoint-predictive model is told of a motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// The change of viewpoint about the object's centre.
+    #[default]
+    ObjectCentred,
+    /// The camera's motion, as in Eq. 15.
+    Camera,
+    /// The true change of viewpoint about the object's centre: what odometry's errors cost.
+    TrueObjectCentred,
+}
+
+/// Which views of a session make pairs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pairs {
+    /// Any two.
+    #[default]
+    Wide,
+    /// Those that follow each other, as in Eq. 18.
+    Adjacent,
+}
+
+/// The viewpoint-predictive model's own settings. Every field has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields, default)]
+pub struct PredictiveSpec {
+    /// What the decoder is told of a motion.
+    #[garde(skip)]
+    pub motion: Motion,
+    /// Which views make pairs.
+    #[garde(skip)]
+    pub pairs: Pairs,
+    /// Share of predictions that see the reduced measurement of the first view beside the latent, as Eq. 15 has it.
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub source: f64,
+}
+
+/// The class term of Eq. 21-24. Every field has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClassSpec {
+    /// Share of the training instances whose class is known.
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub tagged: f64,
+    /// Standard deviation of the latents of a class around its mean, invariant part only.
+    #[garde(range(min = 1e-3, max = 1e3), custom(not_nan))]
+    pub sigma: f64,
+}
+
+/// A training. Every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingSpec {
+    /// What is trained.
+    #[garde(skip)]
+    pub objective: Objective,
+    /// Whether part of the latent turns with the azimuth. If not, none of it does.
+    #[garde(skip)]
+    pub steerable: bool,
+    /// Of the viewpoint-predictive model.
+    #[garde(dive)]
+    pub predictive: PredictiveSpec,
+    /// The class term; without it no training reads a class.
+    #[garde(dive)]
+    pub class: Option<ClassSpec>,
     /// Steps that train the trunk, whose features become the reduced measurement.
     #[garde(range(min = 1, max = 1_000_000))]
     pub trunk_steps: u32,
@@ -21,8 +99,9 @@ pub struct TrainingSpec {
     /// Instances in a step.
     #[garde(range(min = 1, max = 4096))]
     pub batch: u32,
-    /// Views of each instance in a step: all are predicted, from one latent.
-    #[garde(range(min = 2, max = 64))]
+    /// Views of each instance in a step: all are predicted, from one latent. With 1, and 1 in `context`, the bound is that of
+    /// Eq. 12 for a single view.
+    #[garde(range(min = 1, max = 64))]
     pub views: u32,
     /// The latent is inferred from 1 to this many of the views.
     #[garde(range(min = 1, max = 64))]
@@ -42,14 +121,33 @@ pub struct TrainingSpec {
     /// Standard deviation of an instance's latents around its mean (Eq. 14), invariant part only.
     #[garde(range(min = 1e-3, max = 1e3), custom(not_nan))]
     pub instance_sigma: f64,
+    /// Weight of the instance term; 0 leaves it out.
+    #[garde(range(min = 0.0, max = 1e3), custom(not_nan))]
+    pub instance_weight: f64,
     /// Steps between two checkpoints, from which an interrupted training goes on.
     #[garde(range(min = 1, max = 1_000_000))]
     pub checkpoint_every: u32,
 }
 
+impl Default for PredictiveSpec {
+    fn default() -> Self {
+        Self { motion: Motion::default(), pairs: Pairs::default(), source: 0.5 }
+    }
+}
+
+impl Default for ClassSpec {
+    fn default() -> Self {
+        Self { tagged: 0.1, sigma: 1.0 }
+    }
+}
+
 impl Default for TrainingSpec {
     fn default() -> Self {
         Self {
+            objective: Objective::default(),
+            steerable: true,
+            predictive: PredictiveSpec::default(),
+            class: None,
             trunk_steps: 2000,
             trunk_batch: 128,
             steps: 3000,
@@ -61,6 +159,7 @@ impl Default for TrainingSpec {
             measurement_dim: 32,
             image_weight: 1.0,
             instance_sigma: 1.0,
+            instance_weight: 1.0,
             checkpoint_every: 250,
         }
     }
@@ -78,7 +177,7 @@ mod tests {
     fn the_default_is_valid_and_fields_are_checked() {
         let spec = TrainingSpec::default();
         spec.validate().unwrap();
-        let wrong = TrainingSpec { latent_dim: 10, learning_rate: f64::NAN, views: 1, ..spec };
+        let wrong = TrainingSpec { latent_dim: 10, learning_rate: f64::NAN, views: 0, ..spec };
         let report = wrong.validate().unwrap_err().to_string();
         for field in ["latent_dim", "learning_rate", "views"] {
             assert!(report.contains(field), "{report}");

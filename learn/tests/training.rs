@@ -9,13 +9,17 @@ use std::ops::ControlFlow;
 use support::{synthetic, tiny_model, tiny_spec, tiny_training, training_views, validation_views};
 use vantage_dataset::{Seed, Split, ViewSet};
 use vantage_learn::{
-    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, TrainingSpec, train,
+    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, Training,
+    TrainingSpec, train,
 };
 
 fn refused(training: &ViewSet, validation: &ViewSet, spec: &TrainingSpec) -> TrainError {
     let folder = tempfile::tempdir().unwrap();
     let mut progress = |_: &Progress| ControlFlow::Continue(());
-    let result = train(training, validation, spec, Seed(0), &BTreeMap::new(), folder.path(), &mut progress);
+    let (provenance, folder_path) = (&BTreeMap::new(), folder.path());
+    let training =
+        Training { training, validation, spec, seed: Seed(0), provenance, folder: folder_path, trunks: None };
+    let result = train(training, &mut progress);
     assert!(!folder.path().join(MANIFEST).exists());
     result.unwrap_err()
 }
@@ -102,15 +106,16 @@ fn a_non_finite_loss_stops_the_training_and_keeps_the_log() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut progress = |_: &Progress| ControlFlow::Continue(());
-    let result = train(
-        &training,
-        &validation_views(),
-        &tiny_spec(),
-        Seed(0),
-        &BTreeMap::new(),
-        folder.path(),
-        &mut progress,
-    );
+    let asked = Training {
+        training: &training,
+        validation: &validation_views(),
+        spec: &tiny_spec(),
+        seed: Seed(0),
+        provenance: &BTreeMap::new(),
+        folder: folder.path(),
+        trunks: None,
+    };
+    let result = train(asked, &mut progress);
     let Err(TrainError::NonFiniteLoss { stage: Stage::Trunk, step, loss, log }) = result else {
         panic!("{result:?}");
     };

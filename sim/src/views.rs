@@ -7,6 +7,7 @@
 
 mod camera;
 mod session;
+mod tour;
 
 use crate::budget;
 use crate::error::{Progress, SimError, Stage};
@@ -19,7 +20,7 @@ use rayon::prelude::*;
 use session::{Session, TARGET};
 use vantage_dataset::views::InstanceRecord;
 use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
-use vantage_dataset::{BoundingBox, Camera, Mask, Seed, Split, View, ViewSet, Viewpoint};
+use vantage_dataset::{BoundingBox, Camera, Mask, Pose, Seed, Sighting, Split, View, ViewSet, Viewpoint};
 
 /// Side of a tile, pixels.
 const TILE_SIDE: u32 = 64;
@@ -153,6 +154,17 @@ impl<'a> Chunk<'a> {
             }
             open = failed;
         }
+        if let Some(odometry) = &spec.odometry {
+            for (instance, own) in made.chunks_mut(views).enumerate() {
+                for session in 0..sessions {
+                    let number = ((self.start + instance) * sessions + session) as u64;
+                    let seen = own.iter_mut().flatten().filter(|view| view.session == session);
+                    let mut stops: Vec<_> =
+                        seen.filter_map(|view| Some((&view.viewpoint, view.sighting.as_mut()?))).collect();
+                    tour::dead_reckon(odometry, &mut stops, self.seed.child("tour", number));
+                }
+            }
+        }
         Ok(made.into_iter().flatten().collect())
     }
 
@@ -201,6 +213,13 @@ impl<'a> Chunk<'a> {
             Some(faults) => fault::jittered(faults, &mask.bounding_box, number, self.seed),
             None => mask.bounding_box,
         };
+        let ray = self.box_ray(sitting, &seen);
+        let sighting = self.conditions.views.odometry.as_ref().map(|_| Sighting {
+            step: slot.view,
+            session_from_camera: sitting.shot.world_from_camera,
+            ray: ray.into(),
+            angular_size: seen.side() * sitting.side / f64::from(TILE_SIDE) / self.camera.fx,
+        });
         let image = Labelled { width: TILE_SIDE as usize, rgb: &tile.rgb, ids: &tile.ids };
         Some(View {
             instance: self.start + slot.instance,
@@ -208,16 +227,22 @@ impl<'a> Chunk<'a> {
             viewpoint,
             crop: cut(&image, &Window::around(&seen), Some(TARGET)),
             visible_fraction,
-            box_center_error: self.box_center_error(sitting, &seen, object.size),
+            box_center_error: box_center_error(&ray, &sitting.shot.world_from_camera, object.size),
+            sighting,
         })
     }
 
-    fn box_center_error(&self, sitting: &Sitting, visible: &BoundingBox, size: f64) -> [f64; 2] {
+    /// The centre of a box of the tile as a ray `(x / z, y / z)`, camera frame.
+    fn box_ray(&self, sitting: &Sitting, visible: &BoundingBox) -> Vector2<f64> {
         let scale = sitting.side / f64::from(TILE_SIDE);
         let corner = Vector2::new(sitting.center[0], sitting.center[1]).add_scalar(-sitting.side / 2.0);
-        let measured = self.camera.ray_in_camera(&(corner + visible.center() * scale));
-        let center = sitting.shot.world_from_camera.inverse() * Point3::origin();
-        let angular_size = size / center.coords.norm();
-        [(measured.x - center.x / center.z) / angular_size, (measured.y - center.y / center.z) / angular_size]
+        self.camera.ray_in_camera(&(corner + visible.center() * scale)).xy()
     }
+}
+
+/// See [`View::box_center_error`].
+fn box_center_error(measured: &Vector2<f64>, object_from_camera: &Pose, size: f64) -> [f64; 2] {
+    let center = object_from_camera.inverse() * Point3::origin();
+    let error = measured - center.coords.xy() / center.z;
+    (error * center.coords.norm() / size).into()
 }

@@ -228,6 +228,13 @@ pub(super) fn view_set(set: &ViewSet) -> Result<(), Fault> {
         place.require_finite(&[view.viewpoint.log_distance], "log_distance")?;
         place.require_share(view.visible_fraction, "visible_fraction")?;
         place.require_finite(&view.box_center_error, "box_center_error_x, _y")?;
+        if let Some(sighting) = &view.sighting {
+            let (place, step) = (Place::file(views::SIGHTINGS.file), sighting.step);
+            place.require(step <= LARGEST_INDEX, "step", step, &format!("at most {LARGEST_INDEX}"))?;
+            place.require_pose(&sighting.session_from_camera)?;
+            place.require_finite(&sighting.ray, "ray_x, ray_y")?;
+            place.require_finite(&[sighting.angular_size], "angular_size")?;
+        }
     }
     Ok(())
 }

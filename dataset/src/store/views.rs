@@ -6,10 +6,12 @@ use super::hashed_file::{make_folder, read_verified, write_hashed};
 use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_id, parse_symmetry, show_id, show_symmetry};
 use super::manifest::{Content, Manifest, Provenance, read_manifest, withdraw};
 use super::npy::{read_crops, write_crops};
+use super::pose_fields::{from_fields, to_fields};
 use super::table::{Style, Table};
 use crate::views::InstanceRecord;
-use crate::{View, ViewSet, Viewpoint};
+use crate::{Sighting, View, ViewSet, Viewpoint};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 const CROPS: &str = "crops.npy";
@@ -31,6 +33,13 @@ pub(super) const VIEWS: Table = Table {
         "box_center_error_x",
         "box_center_error_y",
     ],
+    style: Style::Csv,
+};
+
+/// Rows only for the views that have a sighting; the file only where there are any.
+pub(super) const SIGHTINGS: Table = Table {
+    file: "sightings.csv",
+    columns: &["view", "step", "tx", "ty", "tz", "qx", "qy", "qz", "qw", "ray_x", "ray_y", "angular_size"],
     style: Style::Csv,
 };
 
@@ -59,7 +68,20 @@ pub fn write_views(folder: &Path, set: &ViewSet, provenance: Provenance) -> Resu
         })
     })?;
     let files = [(CROPS, crops), (INSTANCES.file, instances), (VIEWS.file, views)];
-    let files = files.map(|(name, record)| (name.to_owned(), record)).into();
+    let mut files: BTreeMap<_, _> = files.map(|(name, record)| (name.to_owned(), record)).into();
+    let sighted = || set.views.iter().enumerate().filter_map(|(i, view)| Some((i, view.sighting.as_ref()?)));
+    if sighted().next().is_some() {
+        let record = write_hashed(&folder.join(SIGHTINGS.file), |sink| {
+            SIGHTINGS.write(sink, sighted(), |row, (view, sighting)| {
+                row.put(view)?;
+                row.put(sighting.step)?;
+                row.put_floats(&to_fields(&sighting.session_from_camera))?;
+                row.put_floats(&sighting.ray)?;
+                row.put_floats([&sighting.angular_size])
+            })
+        })?;
+        files.insert(SIGHTINGS.file.to_owned(), record);
+    }
     let counts = [("instances", set.instances.len()), ("views", set.views.len())];
     Manifest::new(Content::Views { split: set.split }, counts, files, provenance).commit(folder)
 }
@@ -91,18 +113,26 @@ pub fn read_views(folder: &Path) -> Result<ViewSet, StoreError> {
     let crops = read_verified(folder, CROPS, record, |source| {
         read_crops(source, folder, CROPS, record.bytes, rows.len())
     })?;
-    let views = rows
-        .into_iter()
-        .zip(crops)
-        .map(|((instance, session, viewpoint, visible_fraction, box_center_error), crop)| View {
-            instance,
-            session,
-            viewpoint,
-            crop,
-            visible_fraction,
-            box_center_error,
-        })
-        .collect();
+    let mut sightings = vec![None; rows.len()];
+    let listed = manifest.read_table_if_listed(folder, &SIGHTINGS, |row| {
+        let view: usize =
+            row.take_with("the number of a view", |text| text.parse().ok().filter(|i| *i < rows.len()))?;
+        let step = row.take("a step")?;
+        let session_from_camera = from_fields(row.take_floats()?);
+        let (ray, [angular_size]) = (row.take_floats()?, row.take_floats()?);
+        Ok((view, Sighting { step, session_from_camera, ray, angular_size }))
+    })?;
+    for (view, sighting) in listed.into_iter().flatten() {
+        sightings[view] = Some(sighting);
+    }
+    let views =
+        rows.into_iter()
+            .zip(crops)
+            .zip(sightings)
+            .map(|(((instance, session, viewpoint, visible_fraction, box_center_error), crop), sighting)| {
+                View { instance, session, viewpoint, crop, visible_fraction, box_center_error, sighting }
+            })
+            .collect();
     let set = ViewSet { split, instances, views };
     check::view_set(&set).map_err(StoreError::invalid(folder))?;
     Ok(set)

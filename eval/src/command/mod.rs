@@ -6,6 +6,8 @@ mod import;
 mod look;
 mod pictures;
 mod score;
+#[cfg(feature = "train")]
+mod study;
 mod tables;
 #[cfg(feature = "train")]
 mod train;
@@ -15,5 +17,7 @@ pub use dataset::dataset;
 pub use import::import;
 pub use look::look;
 pub use score::bench;
+#[cfg(feature = "train")]
+pub use study::study;
 #[cfg(feature = "train")]
 pub use train::train;

@@ -82,7 +82,7 @@ impl Clock<'_> {
     }
 }
 
-fn renderer(pipeline: &Pipeline) -> Renderer {
+pub(super) fn renderer(pipeline: &Pipeline) -> Renderer {
     let info = &pipeline.renderer_info;
     let is_wgpu = !info.driver.is_empty();
     Renderer {

@@ -9,6 +9,8 @@ mod estimates;
 mod model;
 mod observation_model;
 #[cfg(feature = "train")]
+mod study;
+#[cfg(feature = "train")]
 mod training;
 mod unseen;
 mod views;
@@ -19,6 +21,8 @@ pub use estimates::{Answer, PANICKED, estimates};
 pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
+pub use study::{StudyViews, study_views, variant_models, variant_scores};
+#[cfg(feature = "train")]
 pub use training::{train, train_on};
 pub use unseen::{LATENTS, PIXELS, Unseen, UnseenTrial, unseen};
 pub use views::views;
@@ -27,6 +31,8 @@ use crate::cli::RendererChoice;
 use crate::exit::BenchError;
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
+#[cfg(feature = "train")]
+use model::load;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -47,7 +47,7 @@ pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, 
     }
 }
 
-fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
+pub(super) fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
     let model = ViewpointModel::load(folder)?;
     let trained_under = model.manifest().training.provenance.get(VIEW_CONDITIONS);
     if trained_under != Some(&scene_file::hash(&pipeline.scene.view_conditions())?) {

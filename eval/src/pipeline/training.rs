@@ -12,8 +12,8 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::{Key, read_manifest, read_views};
-use vantage_dataset::{InstanceId, Split, ViewSet};
-use vantage_learn::{MANIFEST, Progress};
+use vantage_dataset::{InstanceId, Seed, Split, ViewSet};
+use vantage_learn::{MANIFEST, Progress, Training, TrainingSpec};
 
 /// The folder of the scene's model, trained where the cache has none.
 pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
@@ -32,7 +32,9 @@ pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
     let training = shown_views(pipeline, Split::Train)?;
     let validation = shown_views(pipeline, Split::Validation)?;
     let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;
-    fit(pipeline, &training, &validation, conditions, folder)
+    let (spec, seed) = (&pipeline.file.training.model, pipeline.file.training.seed);
+    let fitted = Fit { training: &training, validation: &validation, conditions, spec, seed, trunks: None };
+    fit(pipeline, fitted, folder)
 }
 
 /// Trains a model as the scene says, but on stored view sets.
@@ -43,17 +45,26 @@ pub fn train_on(
     folder: &Path,
 ) -> Result<(), BenchError> {
     let conditions = scene_file::hash(&[read_manifest(training)?.seal, read_manifest(validation)?.seal])?;
-    fit(pipeline, &read_views(training)?, &read_views(validation)?, conditions, folder)
+    let (training, validation) = (read_views(training)?, read_views(validation)?);
+    let (spec, seed) = (&pipeline.file.training.model, pipeline.file.training.seed);
+    let fitted = Fit { training: &training, validation: &validation, conditions, spec, seed, trunks: None };
+    fit(pipeline, fitted, folder)
 }
 
-fn fit(
-    pipeline: &Pipeline,
-    training: &ViewSet,
-    validation: &ViewSet,
-    conditions: String,
-    folder: &Path,
-) -> Result<(), BenchError> {
-    let spec = &pipeline.file.training;
+/// A training, and what its model's manifest says of the views.
+pub(super) struct Fit<'a> {
+    pub(super) training: &'a ViewSet,
+    pub(super) validation: &'a ViewSet,
+    /// Hash of the conditions the views were made under.
+    pub(super) conditions: String,
+    pub(super) spec: &'a TrainingSpec,
+    pub(super) seed: Seed,
+    pub(super) trunks: Option<&'a Path>,
+}
+
+/// Trains into `folder`, from where a killed training left it.
+pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result<(), BenchError> {
+    let Fit { training, validation, conditions, spec, seed, trunks } = fitted;
     let mut list = String::new();
     let seen: BTreeSet<InstanceId> =
         training.instances.iter().chain(&validation.instances).map(|instance| instance.id).collect();
@@ -76,7 +87,8 @@ fn fit(
     ];
     let provenance = provenance.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
     let mut shown = Shown { pipeline, stage: None };
-    vantage_learn::train(training, validation, &spec.model, spec.seed, &provenance, folder, &mut |event| {
+    let training = Training { training, validation, spec, seed, provenance: &provenance, folder, trunks };
+    vantage_learn::train(training, &mut |event| {
         shown.tell(event);
         ControlFlow::Continue(())
     })?;

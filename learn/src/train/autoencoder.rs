@@ -1,55 +1,106 @@
-//! Stage 2: encoder and decoder by the evidence lower bound of Eq. 12, for several views at once.
+//! Stage 2: encoder and decoder by the evidence lower bounds of Eq. 12 and Eq. 20, for several views at once.
 //!
 //! For views `1..=V` of one instance, of which the first `K` are encoded,
 //! `log p(z_1..z_V, beta | x_1..x_V) >= sum_v E_q log p(z_v | e, x_v) - KL(q || N(0, I)) + log p(e | beta)` with
 //! `q(e | z_1..z_K, x_1..x_K)` the product of the encoder's factors and the prior. With `V = K = 1` it is Eq. 12.
+//!
+//! The predictive bound is the same in the frame of the first view, with `x_v` the change from that to view `v` and, for
+//! some, `z_1` beside it: `p(z_v | e, z_1, Delta X)`; `p(z_1 | e)` is its term `v = 1`. With `V = 2, K = 1` it is Eq. 20.
 
 use super::features::Features;
-use super::network::{Autoencoder, Turn, for_each_number, seen, upright};
+use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
 use super::run::{Step, scalar};
-use super::views::Views;
+use super::views::{Views, table};
 use crate::architecture::Architecture;
-use crate::spec::TrainingSpec;
-use burn::optim::GradientsParams;
+use crate::spec::{Objective, Pairs, TrainingSpec};
+use burn::optim::{GradientsAccumulator, GradientsParams};
 use burn::tensor::{Device, Int, Tensor, TensorData};
+use rayon::prelude::*;
 use vantage_dataset::{Seed, Stream};
 
 /// Share of the steps over which the divergence and the instance term come in: with their full weight from the start,
 /// a decoder that does not know the latent yet teaches the encoder to say nothing.
 const WARM_UP: f64 = 0.3;
+/// Parts that a batch's gradient is the sum of, each computed on its own, whatever the number of threads.
+const PARTS: usize = 2;
 
 /// Views of some instances, as many of each: rows are instance by instance.
 struct Batch {
-    /// Index of each row's instance among those with two views or more.
+    per_group: usize,
+    /// Index of each row's instance.
     instances: Vec<i64>,
     /// View of each row.
     views: Vec<usize>,
     /// 1 for rows that are encoded, 0 for those that are only predicted.
     encoded: Vec<f32>,
-    /// Standard normal draws, `[instances, latent]`.
+    /// The view in whose frame a row is predicted.
+    source: Vec<usize>,
+    /// Whether its measurement is shown to the decoder.
+    sourced: Vec<bool>,
+    /// Standard normal draws, `[groups, latent]`.
     noise: Vec<f32>,
 }
 
 impl Batch {
-    fn draw(views: &Views, spec: &TrainingSpec, latent: usize, stream: &mut Stream) -> Self {
-        let (instances, rows) = (spec.batch as usize, spec.views as usize);
-        let mut batch =
-            Self { instances: Vec::new(), views: Vec::new(), encoded: Vec::new(), noise: Vec::new() };
-        for _ in 0..instances {
-            let instance = stream.below(views.by_instance.len());
-            let mut order = views.by_instance[instance].clone();
-            stream.shuffle(&mut order);
-            let most = order.len().min(rows).min(spec.context as usize);
+    /// A part of the random batch of a step.
+    fn draw(bound: &Bound, index: usize, part: usize) -> Self {
+        let Bound { views, spec, architecture, seed, .. } = bound;
+        let mut stream = seed.stream("autoencoder batch", (index * PARTS + part) as u64);
+        let alone = spec.objective == Objective::Autoencoder;
+        let (count, per_group) = match (spec.batch as usize, spec.views as usize) {
+            (batch, views) if alone => (batch * views, 1),
+            sizes => sizes,
+        };
+        let count = (part + 1) * count / PARTS - part * count / PARTS;
+        let mut batch = Self {
+            per_group,
+            instances: Vec::new(),
+            views: Vec::new(),
+            encoded: Vec::new(),
+            source: Vec::new(),
+            sourced: Vec::new(),
+            noise: Vec::new(),
+        };
+        let predictive = spec.objective == Objective::ViewpointPredictive;
+        for _ in 0..count {
+            let group = &views.groups[stream.below(views.groups.len())];
+            let order = chosen(
+                &group.views,
+                per_group,
+                predictive && spec.predictive.pairs == Pairs::Adjacent,
+                &mut stream,
+            );
+            let most = order.len().min(per_group).min(spec.context as usize);
             let encoded = 1 + stream.below(most);
-            for row in 0..rows {
-                batch.instances.push(instance as i64);
-                batch.views.push(order[row % order.len()]);
+            for row in 0..per_group {
+                let view = order[row % order.len()];
+                batch.instances.push(group.instance as i64);
+                batch.views.push(view);
                 batch.encoded.push(if row < encoded { 1.0 } else { 0.0 });
+                batch.source.push(order[0]);
+                let other = architecture.decoder_sees_source && view != order[0];
+                batch.sourced.push(other && stream.chance(spec.predictive.source));
             }
         }
-        batch.noise.extend((0..instances * latent).map(|_| stream.normal() as f32));
+        batch.noise.extend((0..count * architecture.latent.dimension()).map(|_| stream.normal() as f32));
         batch
     }
+
+    fn groups(&self) -> usize {
+        self.views.len() / self.per_group
+    }
+}
+
+/// Views in random order, or a stretch of `count` along the way.
+fn chosen(views: &[usize], count: usize, adjacent: bool, stream: &mut Stream) -> Vec<usize> {
+    if adjacent {
+        let count = count.min(views.len());
+        let start = stream.below(views.len() - count + 1);
+        return views[start..start + count].to_vec();
+    }
+    let mut order = views.to_vec();
+    stream.shuffle(&mut order);
+    order
 }
 
 /// What the bound is taken over.
@@ -64,31 +115,55 @@ pub(crate) struct Bound<'a> {
 
 /// The negative bound of the random batch of a step, a view.
 pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4> {
-    let Bound { views, features, spec, architecture, seed, device } = *bound;
+    let networks: Vec<Autoencoder> = (0..PARTS).map(|_| network.clone()).collect();
+    let parts: Vec<Step<4>> = networks
+        .into_par_iter()
+        .enumerate()
+        .map(|(part, network)| part_step(&network, bound, index, part))
+        .collect();
+    let mut accumulator = GradientsAccumulator::new();
+    let (mut loss, mut terms) = (0.0, [0.0; 4]);
+    for part in parts {
+        accumulator.accumulate(network, part.gradients);
+        loss += part.loss;
+        terms.iter_mut().zip(part.terms).for_each(|(sum, term)| *sum += term);
+    }
+    Step { loss, terms, gradients: accumulator.grads() }
+}
+
+/// A part of the batch, its loss as a share of the whole.
+fn part_step(network: &Autoencoder, bound: &Bound, index: usize, part: usize) -> Step<4> {
+    let Bound { views, features, spec, architecture, device, .. } = *bound;
     let layout = architecture.latent;
     let dimension = layout.dimension();
-    let mut stream = seed.stream("autoencoder batch", index as u64);
-    let batch = Batch::draw(views, spec, dimension, &mut stream);
-    let (count, per_instance) = (spec.batch as usize, spec.views as usize);
-    let rows = count * per_instance;
+    let batch = Batch::draw(bound, index, part);
+    let (count, per_group, rows) = (batch.groups(), batch.per_group, batch.views.len());
 
-    let conditioning = features.conditioning(&batch.views, device);
+    let conditioning = (0..rows).flat_map(|row| {
+        views.conditioning(architecture.convention, batch.source[row], batch.views[row], batch.sourced[row])
+    });
+    let conditioning = table(conditioning.collect(), rows, device);
     let turn = Turn::new(layout, &conditioning);
-    let factor =
-        network.encode(layout, features.crop(&batch.views, device), upright(conditioning.clone()), &turn);
+    let inputs = encoder_input(architecture, features.crop(&batch.views, device), &conditioning);
+    let factor = network.encode(layout, inputs, &turn);
     let precision = factor.log_variance.neg().exp();
 
     let encoded = Tensor::<2>::from_data(TensorData::new(batch.encoded, [rows, 1]), device);
     let informed = for_each_number(layout, precision.clone() * encoded);
-    let over_views = |tensor: Tensor<2>| tensor.reshape([count, per_instance, dimension]).sum_dim(1);
+    let over_views = |tensor: Tensor<2>| tensor.reshape([count, per_group, dimension]).sum_dim(1);
     let weighted = over_views(informed.clone() * factor.mean.clone());
     let variance = (over_views(informed) + 1.0).recip();
     let mean = weighted * variance.clone();
     let noise = Tensor::<3>::from_data(TensorData::new(batch.noise, [count, 1, dimension]), device);
     let latent = mean.clone() + variance.clone().sqrt() * noise;
 
-    let latents = latent.expand([count, per_instance, dimension]).reshape([rows, dimension]);
-    let decoded = network.decode(layout, latents, seen(architecture, conditioning), &turn);
+    let latents = latent.expand([count, per_group, dimension]).reshape([rows, dimension]);
+    let source = architecture.decoder_sees_source.then(|| {
+        let shown: Vec<f32> = batch.sourced.iter().map(|&sourced| f32::from(u8::from(sourced))).collect();
+        features.measurement(&batch.source, device) * table(shown, rows, device)
+    });
+    let seen = decoder_input(architecture, &conditioning, source);
+    let decoded = network.decode(layout, latents, seen, &turn);
     let measurement = negative_log_likelihood(
         features.measurement(&batch.views, device) - decoded.measurement,
         network.log_sigma_measurement.val(),
@@ -102,22 +177,38 @@ pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4
     let measurement = measurement.sum_dim(1).mean();
 
     let divergence = (mean.square() + variance.clone() - variance.log() - 1.0).sum() * (0.5 / rows as f64);
-    let instances = Tensor::<1, Int>::from_data(TensorData::new(batch.instances, [rows]), device);
-    let means = network.instance_means.val().select(0, instances);
-    let instance = instance_term(
-        factor.mean.narrow(1, 0, layout.invariant),
-        precision.narrow(1, 0, layout.invariant),
-        means,
-        spec.instance_sigma,
-    );
     let warm = (((index + 1) as f64) / (WARM_UP * f64::from(spec.steps))).min(1.0);
-    let total = measurement.clone()
-        + image.clone() * spec.image_weight
-        + divergence.clone() * warm
-        + instance.clone() * warm;
-    let gradients = GradientsParams::from_grads(total.backward(), network);
-    let terms = [measurement, image, divergence, instance].map(|term| scalar(&term));
-    Step { loss: scalar(&total), terms, gradients }
+    let mut total = measurement.clone() + image.clone() * spec.image_weight + divergence.clone() * warm;
+    let invariant = |tensor: Tensor<2>| tensor.narrow(1, 0, layout.invariant);
+    let pulled = |to: Tensor<2>, sigma: f64| {
+        pull(invariant(factor.mean.clone()), invariant(precision.clone()), to, sigma)
+    };
+    let rows_of = |means: Tensor<2>, indices: Vec<i64>| {
+        means.select(0, Tensor::<1, Int>::from_data(TensorData::new(indices, [rows]), device))
+    };
+    let mut grouping = 0.0;
+    if spec.instance_weight > 0.0 && spec.objective != Objective::Autoencoder {
+        let means = rows_of(network.instance_means.val(), batch.instances.clone());
+        let term = pulled(means, spec.instance_sigma).mean();
+        grouping += scalar(&term);
+        total = total + term * (warm * spec.instance_weight);
+    }
+    if let Some(class) = &spec.class {
+        let tags: Vec<Option<usize>> =
+            batch.instances.iter().map(|&instance| views.tags[instance as usize]).collect();
+        let means =
+            rows_of(network.class_means.val(), tags.iter().map(|tag| tag.unwrap_or(0) as i64).collect());
+        let tagged = tags.iter().map(|tag| if tag.is_some() { 1.0 } else { 0.0 }).collect();
+        let term = (pulled(means, class.sigma) * table(tagged, rows, device)).mean();
+        grouping += scalar(&term);
+        total = total + term * warm;
+    }
+    let share = rows as f64 / f64::from(spec.batch * spec.views);
+    let total = total * share;
+    let terms =
+        [scalar(&measurement), scalar(&image), scalar(&divergence), grouping].map(|term| term * share);
+    let loss = scalar(&total);
+    Step { loss, terms, gradients: GradientsParams::from_grads(total.backward(), network) }
 }
 
 /// `-log N(residual; 0, sigma^2)` of each number, but for the constant.
@@ -126,13 +217,13 @@ fn negative_log_likelihood(residual: Tensor<2>, log_sigma: Tensor<1>) -> Tensor<
     residual.square() * (log_sigma.clone() * -2.0).exp() * 0.5 + log_sigma
 }
 
-/// `-E_q log N(e; mu_beta, s^2 I)` (Eq. 13, 14) of each view's own posterior, but for the constant.
+/// `-E_q log N(e; mu, s^2 I)` (Eq. 13, 14, 23) of each view's own posterior, but for the constant: `[rows, 1]`.
 ///
 /// On the invariant part: what turns is unknown where the view does not see it, so that pulling single views
 /// together there would teach the encoder to say nothing.
-fn instance_term(mean: Tensor<2>, precision: Tensor<2>, instance_means: Tensor<2>, sigma: f64) -> Tensor<1> {
+fn pull(mean: Tensor<2>, precision: Tensor<2>, to: Tensor<2>, sigma: f64) -> Tensor<2> {
     let variance = (precision.clone() + 1.0).recip();
     let posterior_mean = mean * precision * variance.clone();
-    let squares = (posterior_mean - instance_means).square() + variance;
-    squares.sum_dim(1).mean() * (0.5 / (sigma * sigma))
+    let squares = (posterior_mean - to).square() + variance;
+    squares.sum_dim(1) * (0.5 / (sigma * sigma))
 }

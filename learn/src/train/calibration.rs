@@ -15,12 +15,12 @@ pub(crate) fn calibrated(
     seed: Seed,
 ) -> Result<ResidualNoise, TrainError> {
     let mut residuals = Vec::new();
-    for (index, of_instance) in views.by_instance.iter().enumerate() {
-        let mut order = of_instance.clone();
+    for (index, group) in views.groups.iter().enumerate() {
+        let mut order = group.views.clone();
         seed.stream("calibration", index as u64).shuffle(&mut order);
         let (encoded, others) = order.split_at(context.min(order.len() / 2));
-        let latent = predictions.posterior(encoded).mean;
-        let (expected, _) = predictions.decode(&latent, others);
+        let latent = predictions.posterior(encoded[0], encoded).mean;
+        let (expected, _) = predictions.decode(&latent, encoded[0], others);
         let measured = numbers(predictions.features.measurement(others, predictions.device));
         residuals.extend(measured.iter().zip(&expected).map(|(m, e)| f64::from(*m) - f64::from(*e)));
     }

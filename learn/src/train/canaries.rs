@@ -1,8 +1,8 @@
 //! The trainer's own outputs, which every loader replays.
 
 use super::features::{Features, Frozen};
-use super::network::{Autoencoder, Turn, for_each_number, seen, upright};
-use super::views::{Views, numbers};
+use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
+use super::views::{Views, numbers, table};
 use crate::architecture::Architecture;
 use crate::canary::{Canary, CanaryCase, TOLERANCE};
 use crate::manifest::Role;
@@ -32,17 +32,18 @@ impl Trainer<'_> {
 
     fn cases(&self, view: usize) -> Vec<CanaryCase> {
         let layout = self.architecture.latent;
-        let conditioning = self.features.conditioning(&[view], self.device);
-        let turn = Turn::new(layout, &conditioning);
         let crop = self.views.set.views[view].crop.to_chw();
-        let x = self.views.conditioning(view).to_vec();
+        let x = self.views.conditioning(self.architecture.convention, view, view, false);
+        let conditioning = table(x.clone(), 1, self.device);
+        let turn = Turn::new(layout, &conditioning);
 
         let measurement = numbers(self.features.measurement(&[view], self.device));
-        let features = self.features.crop(&[view], self.device);
-        let factor = self.network.encode(layout, features, upright(conditioning.clone()), &turn);
+        let crops = self.features.crop(&[view], self.device);
+        let factor =
+            self.network.encode(layout, encoder_input(self.architecture, crops, &conditioning), &turn);
         let mean = numbers(factor.mean.clone());
         let log_variance = numbers(for_each_number(layout, factor.log_variance));
-        let seen = seen(self.architecture, conditioning);
+        let seen = decoder_input(self.architecture, &conditioning, None);
         let decoded = self.network.decode(layout, factor.mean, seen, &turn);
         let predicted = numbers(decoded.measurement);
         let image = self.pixels(&numbers(decoded.image));
@@ -73,7 +74,7 @@ impl Trainer<'_> {
         for row in 0..self.architecture.measurement {
             let (latent, conditioning) = (input(latent), input(x));
             let turn = Turn::new(layout, &conditioning);
-            let seen = seen(self.architecture, conditioning.clone());
+            let seen = decoder_input(self.architecture, &conditioning, None);
             let decoded = self.network.decode(layout, latent.clone(), seen, &turn);
             let gradients = decoded.measurement.narrow(1, row, 1).sum().backward();
             let of = |input: &Tensor<2>, width: usize| {

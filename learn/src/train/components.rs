@@ -57,12 +57,13 @@ impl Components {
         }
     }
 
-    /// Coefficients of all crops, of unit variance, `[views, components]`, row-major.
-    pub(crate) fn coefficients(&self, set: &ViewSet) -> Vec<f32> {
-        let mut rows = Vec::with_capacity(set.views.len() * self.deviation.len());
+    /// Coefficients of crops, of unit variance, `[views, components]`, row-major.
+    pub(crate) fn coefficients<'a>(&self, crops: impl Iterator<Item = &'a Crop>) -> Vec<f32> {
+        let crops: Vec<&Crop> = crops.collect();
+        let mut rows = Vec::with_capacity(crops.len() * self.deviation.len());
         let along = self.directions.transpose();
-        for chunk in set.views.chunks(CHUNK) {
-            let mut pixels = matrix(chunk.iter().map(|view| &view.crop));
+        for chunk in crops.chunks(CHUNK) {
+            let mut pixels = matrix(chunk.iter().copied());
             pixels.column_iter_mut().for_each(|mut crop| crop -= &self.mean);
             let coefficients = &along * pixels;
             for crop in coefficients.column_iter() {
@@ -102,7 +103,7 @@ mod tests {
     fn coefficients_have_unit_variance_and_rebuild_the_crops() {
         let set = synthetic::views(vantage_dataset::Split::Train, 6, 20, 1);
         let components = Components::fit(&set, 24, Seed(1));
-        let rows = components.coefficients(&set);
+        let rows = components.coefficients(set.views.iter().map(|view| &view.crop));
         let layer = components.layer();
         assert_eq!((layer.inputs(), layer.outputs()), (24, CROP_BYTES));
         for column in [0, 5] {

@@ -37,6 +37,17 @@ pub enum TrainError {
         /// Index of the view.
         view: usize,
     },
+    /// A view without what the viewpoint-predictive model is trained on.
+    #[error(
+        "view {view} of the {split:?} views has no sighting: the viewpoint-predictive model is trained on odometry; \
+         set views.odometry in the scene"
+    )]
+    Sighting {
+        /// Split of the views.
+        split: Split,
+        /// Index of the view.
+        view: usize,
+    },
     /// A view of an instance that the set does not list.
     #[error("view {view} of the {split:?} views is of instance {got}, of {instances} listed")]
     Instance {

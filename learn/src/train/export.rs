@@ -243,9 +243,12 @@ fn spread_seen(b: &mut GraphBuilder, weights: &Weights, d_seen: &str, rows: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::architecture::Convention;
     use crate::canary::{Canary, TOLERANCE, deviation};
     use crate::onnx::graph::Graph;
+    use crate::spec::TrainingSpec;
     use crate::train::canaries::Trainer;
+    use crate::train::components::Components;
     use crate::train::features::Frozen;
     use crate::train::network::{Autoencoder, TrunkWithHead};
     use crate::train::run::training_device;
@@ -259,6 +262,7 @@ mod tests {
     /// Untrained networks of unusual sizes: their graphs, and what burn computes of them.
     fn exported(decoder_sees_azimuth: bool) -> (Weights, Canary) {
         let architecture = Architecture {
+            convention: Convention::Viewpoint,
             trunk: vec![4, 6],
             features: 12,
             measurement: 5,
@@ -266,15 +270,17 @@ mod tests {
             latent: LatentLayout { invariant: 3, pairs_per_harmonic: 2 },
             decoder: vec![20, 9, 14],
             decoder_sees_azimuth,
+            decoder_sees_source: false,
             components: 7,
         };
         let (device, plain) = (training_device(), Device::flex());
         let set = synthetic::views(Split::Train, 4, 5, 1);
-        let views = Views::new(&set, Split::Train, 2).unwrap();
-        let trunk = TrunkWithHead::new(&architecture, Seed(1), &device).trunk;
+        let views = Views::new(&set, Split::Train, 2, &TrainingSpec::default(), Seed(1)).unwrap();
+        let trunk = TrunkWithHead::new(&architecture, &[5, 9], Seed(1), &device).trunk;
         let measurement = trunk.measurement_layer();
-        let frozen = Frozen::fit(trunk.valid(), measurement, &views, &architecture, Seed(1), &plain);
-        let network = Autoencoder::new(&architecture, 4, Seed(1), &device);
+        let components = Components::fit(&set, architecture.components, Seed(1));
+        let frozen = Frozen::fit(trunk.valid(), measurement, &views, &architecture, components, &plain);
+        let network = Autoencoder::new(&architecture, [4, 0], Seed(1), &device);
         let trainer = Trainer {
             network: &network,
             architecture: &architecture,

@@ -7,8 +7,6 @@ use super::weights::Dense;
 use crate::architecture::Architecture;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use vantage_dataset::Seed;
-use vantage_dataset::viewpoint::CONDITIONING;
 
 /// Crops in a pass through the trunk.
 const CHUNK: usize = 256;
@@ -32,13 +30,12 @@ pub(crate) struct Frozen {
     pub(crate) components: Components,
 }
 
-/// Of each view, row-major: features, whitened measurement, image coefficients, conditioning.
+/// Of each view, row-major: features, whitened measurement, image coefficients.
 pub(crate) struct Features {
     widths: [usize; 3],
     trunk: Vec<f32>,
     measurement: Vec<f32>,
     image: Vec<f32>,
-    conditioning: Vec<f32>,
     /// Weight of each image coefficient's likelihood: its deviation over the largest.
     pub(crate) image_weights: Vec<f32>,
 }
@@ -50,14 +47,13 @@ impl Frozen {
         measurement: Dense,
         views: &Views,
         architecture: &Architecture,
-        seed: Seed,
+        components: Components,
         device: &Device,
     ) -> Self {
         let features = passed(&trunk, views, device);
         let width = architecture.features;
         let (mean, scale) = moments(&features, width);
         let measurement = whitened(measurement, &features, width);
-        let components = Components::fit(views.set, architecture.components, seed);
         Self { trunk, mean, scale, measurement, components }
     }
 
@@ -76,8 +72,7 @@ impl Frozen {
             widths: [width, self.measurement.outputs(), self.components.deviation.len()],
             trunk,
             measurement,
-            image: self.components.coefficients(views.set),
-            conditioning: views.conditioning.clone(),
+            image: self.components.coefficients(views.set.views.iter().map(|view| &view.crop)),
             image_weights: self
                 .components
                 .deviation
@@ -120,11 +115,6 @@ impl Features {
     /// Image coefficients of unit variance, `[views, components]`.
     pub(crate) fn image(&self, views: &[usize], device: &Device) -> Tensor<2> {
         gather(&self.image, self.widths[2], views, device)
-    }
-
-    /// `[views, CONDITIONING]`.
-    pub(crate) fn conditioning(&self, views: &[usize], device: &Device) -> Tensor<2> {
-        gather(&self.conditioning, CONDITIONING, views, device)
     }
 }
 

@@ -69,6 +69,7 @@ pub(crate) fn finish(
     let predictions = Predictions {
         network: &evaluated,
         architecture: &architecture,
+        views: held_out,
         features: &held_features,
         device: &plain,
     };
@@ -136,7 +137,7 @@ fn manifest(
             provenance: origin.provenance,
             seed: run.seed,
             spec: run.spec.clone(),
-            instances: views.by_instance.len(),
+            instances: views.instances,
             views: views.len(),
             final_loss: [Stage::Trunk, Stage::Autoencoder].into_iter().filter_map(last).collect(),
             trainer: format!("{} {}", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")),

@@ -1,7 +1,7 @@
-//! Training of the viewpoint-dependent model, from views to a model folder.
+//! Training of a model, from views to a model folder.
 //!
-//! 1. The trunk `t(z)` and the reduced measurement `m(z)`, by predicting `x_rel` (IV-C); then frozen.
-//! 2. Encoder and decoder on the frozen features, by the bound of Eq. 12-14 over several views.
+//! 1. The trunk `t(z)` and the reduced measurement `m(z)` (IV-C), by a task that tells the viewpoint; then frozen.
+//! 2. Encoder and decoder on the frozen features, by the bound of Eq. 12-14 or of Eq. 20 over several views.
 //! 3. The noise of the measurement, on validation instances.
 
 mod autoencoder;
@@ -9,6 +9,7 @@ mod calibration;
 mod canaries;
 mod checkpoint;
 mod components;
+mod contrastive;
 mod convolution;
 mod curve;
 mod error;
@@ -25,6 +26,7 @@ mod sheet;
 #[path = "../../tests/support/synthetic.rs"]
 mod synthetic;
 mod trunk;
+mod trunk_store;
 mod views;
 mod weights;
 
@@ -36,13 +38,13 @@ pub use sheet::SHEET;
 pub use views::view_set_hash;
 
 use crate::architecture::Architecture;
-use crate::latent::LatentLayout;
 use crate::manifest::MANIFEST;
-use crate::spec::TrainingSpec;
+use crate::spec::{Objective, TrainingSpec};
 use autoencoder::Bound;
 use burn::module::Module;
 use burn::tensor::Device;
 use checkpoint::{Checkpoint, module_bytes};
+use components::Components;
 use curve::Curve;
 use features::{Features, Frozen};
 use folder::Origin;
@@ -52,26 +54,41 @@ use run::{Run, Started, training_device};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
+use trunk::{Task, TrunkData};
+use trunk_store::TrunkStore;
 use vantage_dataset::{Seed, Split, ViewSet};
 use views::Views;
 
 /// Least instances to train on.
 const TRAINING_INSTANCES: usize = 2;
 
+/// What a model is trained on, how, and where it goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Training<'a> {
+    /// Views of the split [`Split::Train`].
+    pub training: &'a ViewSet,
+    /// Views of the split [`Split::Validation`], which calibrate the noise of the measurement.
+    pub validation: &'a ViewSet,
+    /// What is trained, and how.
+    pub spec: &'a TrainingSpec,
+    /// Seed of the weights and batches.
+    pub seed: Seed,
+    /// Recorded in the manifest.
+    pub provenance: &'a BTreeMap<String, String>,
+    /// The model's folder.
+    pub folder: &'a Path,
+    /// A folder of trained trunks, which trainings that differ in stage 2 alone share.
+    pub trunks: Option<&'a Path>,
+}
+
 /// Trains a model and writes its folder: see [`ViewpointModel::load`](crate::ViewpointModel::load).
 ///
-/// Same views, spec, seed, machine and thread count give the same loss curve, whether or not the training was
-/// killed between: it goes on from the folder's last checkpoint. `provenance` is recorded in the
-/// manifest.
-/// `progress` is told of every step, and may ask to stop. Beside the model, the folder gets the loss curve
-/// ([`CURVE_TABLE`], [`CURVE_PICTURE`]) and reconstructions of validation instances ([`SHEET`]).
+/// Same views, spec, seed and machine give the same loss curve, whatever the number of threads and whether or not the
+/// training was killed between: it goes on from the folder's last checkpoint. `progress` is told of every step, and may ask
+/// to stop. Beside the model, the folder gets the loss curve ([`CURVE_TABLE`], [`CURVE_PICTURE`]) and, of models that
+/// predict crops, reconstructions of validation instances ([`SHEET`]).
 pub fn train(
-    training: &ViewSet,
-    validation: &ViewSet,
-    spec: &TrainingSpec,
-    seed: Seed,
-    provenance: &BTreeMap<String, String>,
-    folder: &Path,
+    Training { training, validation, spec, seed, provenance, folder, trunks }: Training<'_>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(), TrainError> {
     spec.validate().map_err(TrainError::Spec)?;
@@ -79,24 +96,23 @@ pub fn train(
     if !shared.is_empty() {
         return Err(TrainError::SharedInstances { shared });
     }
-    let views = Views::new(training, Split::Train, TRAINING_INSTANCES)?;
-    let held_out = Views::new(validation, Split::Validation, 1)?;
+    let views = Views::new(training, Split::Train, TRAINING_INSTANCES, spec, seed)?;
+    let held_out = Views::new(validation, Split::Validation, 1, spec, seed)?;
     std::fs::create_dir_all(folder).map_err(|error| files::unwritable(folder, &error))?;
     let manifest = folder.join(MANIFEST);
     if manifest.exists() {
         return Err(TrainError::AlreadyTrained { path: manifest });
     }
-    let latent =
-        LatentLayout::with_dimension(spec.latent_dim).expect("a valid spec has a large enough latent");
-    let architecture = Architecture::new(latent, spec.measurement_dim);
+    let architecture = Architecture::new(spec).expect("a valid spec has a large enough latent");
     let origin = Origin {
         data_hash: view_set_hash(training),
         validation_hash: view_set_hash(validation),
         provenance: provenance.clone(),
     };
     let key = origin.key(spec, &architecture, seed);
+    let store = trunks.map(|folder| TrunkStore::new(folder, &origin.data_hash, spec, &architecture, seed));
     let mut run = Run { spec, architecture, seed, folder, key, curve: Curve::default(), progress };
-    let trained = descend(&mut run, &views)?;
+    let trained = descend(&mut run, &views, store.as_ref())?;
     folder::finish(&mut run, &trained, &views, &held_out, origin)
 }
 
@@ -109,22 +125,29 @@ struct Trained {
 }
 
 /// Stages 1 and 2, from wherever the folder's checkpoint left them.
-fn descend(run: &mut Run, views: &Views) -> Result<Trained, TrainError> {
+fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<Trained, TrainError> {
     let (device, plain) = (training_device(), Device::flex());
     let (spec, seed, architecture) = (run.spec, run.seed, run.architecture.clone());
-    let (trunk, network) = start(run, views, &device)?;
+    let (trunk, network) = start(run, views, store, &device)?;
 
+    let components = Components::fit(views.set, architecture.components, seed);
+    let task = Task::of(spec);
+    let data = TrunkData { task, views, components: Some(&components), spec, seed, device: &device };
     let trunk = run.descend(
         Stage::Trunk,
         spec.trunk_steps as usize,
         trunk,
-        |network, index| trunk::step(network, views, spec, seed, index, &device),
+        |network, index| trunk::step(network, &data, index),
         |network| Ok([module_bytes(network)?, Vec::new()]),
     )?;
+    if let Some(store) = store {
+        let bytes = module_bytes(&trunk).map_err(|error| files::unwritable(run.folder, &error))?;
+        store.keep(bytes, &run.curve)?;
+    }
 
     let _ = run.tell(&Progress::Features);
     let measurement = trunk.trunk.measurement_layer();
-    let frozen = Frozen::fit(trunk.trunk.valid(), measurement, views, &architecture, seed, &plain);
+    let frozen = Frozen::fit(trunk.trunk.valid(), measurement, views, &architecture, components, &plain);
     let features = frozen.features(views, &plain);
 
     let bound =
@@ -133,7 +156,10 @@ fn descend(run: &mut Run, views: &Views) -> Result<Trained, TrainError> {
         Stage::Autoencoder,
         spec.steps as usize,
         network,
-        |network, index| autoencoder::step(network, &bound, index),
+        |network, index| match spec.objective {
+            Objective::Contrastive => contrastive::step(network, &bound, index),
+            _ => autoencoder::step(network, &bound, index),
+        },
         |network| Ok([module_bytes(&trunk)?, module_bytes(network)?]),
     )?;
     Ok(Trained { frozen, features, network })
@@ -141,34 +167,47 @@ fn descend(run: &mut Run, views: &Views) -> Result<Trained, TrainError> {
 
 type Starts = (Started<TrunkWithHead>, Started<Autoencoder>);
 
-/// Fresh networks, or those of the folder's checkpoint; a useless one is set aside.
-fn start(run: &mut Run, views: &Views, device: &Device) -> Result<Starts, TrainError> {
-    let instances = views.by_instance.len();
-    let trunk = || TrunkWithHead::new(&run.architecture, run.seed, device);
-    let autoencoder = || Autoencoder::new(&run.architecture, instances, run.seed, device);
+/// Fresh networks, or those of the folder's checkpoint, or a trunk that another training left; a useless checkpoint is set
+/// aside.
+fn start(
+    run: &mut Run,
+    views: &Views,
+    store: Option<&TrunkStore>,
+    device: &Device,
+) -> Result<Starts, TrainError> {
+    let sizes = [views.instances, views.classes];
+    let head = Task::of(run.spec).head(&run.architecture);
+    let trunk = || TrunkWithHead::new(&run.architecture, &head, run.seed, device);
+    let autoencoder = || Autoencoder::new(&run.architecture, sizes, run.seed, device);
+    let whole = |bytes: &[u8]| {
+        let module = checkpoint::module_from(trunk(), bytes)?;
+        Ok::<_, String>(Started { done: run.spec.trunk_steps as usize, ..Started::fresh(module) })
+    };
     let restored = |checkpoint: &Checkpoint| -> Result<Starts, String> {
         if checkpoint.state.stage == Stage::Trunk {
             let trunk = Started::resumed(trunk(), &checkpoint.trunk, checkpoint)?;
             return Ok((trunk, Started::fresh(autoencoder())));
         }
-        let module = checkpoint::module_from(trunk(), &checkpoint.trunk)?;
-        let trunk = Started { done: run.spec.trunk_steps as usize, ..Started::fresh(module) };
-        Ok((trunk, Started::resumed(autoencoder(), &checkpoint.autoencoder, checkpoint)?))
+        Ok((whole(&checkpoint.trunk)?, Started::resumed(autoencoder(), &checkpoint.autoencoder, checkpoint)?))
     };
     let found = Checkpoint::read(run.folder, &run.key);
     let found = found.and_then(|found| found.map(|c| Ok((restored(&c)?, c.state))).transpose());
-    match found {
+    let set_aside = match found {
         Ok(Some((starts, state))) => {
             run.curve = state.curve;
             let _ = run.tell(&Progress::Resumed { stage: state.stage, step: state.step });
-            Ok(starts)
+            return Ok(starts);
         }
-        Ok(None) => Ok((Started::fresh(trunk()), Started::fresh(autoencoder()))),
-        Err(reason) => {
-            let starts = (Started::fresh(trunk()), Started::fresh(autoencoder()));
-            let path = checkpoint::set_aside(run.folder)?;
-            let _ = run.tell(&Progress::SetAside { path, reason });
-            Ok(starts)
-        }
+        Ok(None) => None,
+        Err(reason) => Some(Progress::SetAside { path: checkpoint::set_aside(run.folder)?, reason }),
+    };
+    let kept =
+        store.and_then(TrunkStore::find).and_then(|kept| Some((whole(&kept.trunk).ok()?, kept.state.curve)));
+    let (trunk, curve) = kept.unwrap_or_else(|| (Started::fresh(trunk()), Curve::default()));
+    let starts = (trunk, Started::fresh(autoencoder()));
+    run.curve = curve;
+    if let Some(told) = set_aside {
+        let _ = run.tell(&told);
     }
+    Ok(starts)
 }

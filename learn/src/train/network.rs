@@ -4,7 +4,7 @@ use super::convolution::{Convolutions, KERNEL, LayerGradient};
 use super::features::Frozen;
 use super::views::numbers;
 use super::weights::{Conv, Dense, Weights};
-use crate::architecture::{Architecture, LOG_VARIANCE, UPRIGHT};
+use crate::architecture::{Architecture, LOG_VARIANCE};
 use crate::latent::LatentLayout;
 use burn::module::{Module, Param};
 use burn::nn::Linear;
@@ -12,11 +12,8 @@ use burn::optim::GradientsParams;
 use burn::tensor::activation::{relu, silu};
 use burn::tensor::{Device, Tensor, TensorData};
 use vantage_dataset::crop::CROP_SIDE;
-use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
+use vantage_dataset::viewpoint::HARMONICS;
 use vantage_dataset::{Seed, Stream};
-
-/// Directions around the object that the viewpoint head tells apart.
-pub(crate) const AZIMUTH_BINS: usize = 48;
 
 /// Parameters of a convolution 4x4, stride 2, padding 1: see [`Convolutions`].
 #[derive(Module, Debug)]
@@ -34,12 +31,11 @@ pub(crate) struct Trunk {
     measurement: Linear,
 }
 
-/// The trunk with the head that trains it: `x_rel` from `m(z)`, so that `m` is sensitive to the viewpoint.
+/// The trunk with the head that trains it: see [`super::trunk::Task`].
 #[derive(Module, Debug)]
 pub(crate) struct TrunkWithHead {
     pub(crate) trunk: Trunk,
-    azimuth: Linear,
-    upright: Linear,
+    head: Vec<Linear>,
 }
 
 /// Encoder `q`, decoder `p`, and the parameters of their likelihoods and of the instance term.
@@ -51,18 +47,18 @@ pub(crate) struct Autoencoder {
     image: Linear,
     /// `mu_beta` of Eq. 14, invariant part, `[instances, invariant]`.
     pub(crate) instance_means: Param<Tensor<2>>,
+    /// Means of `P(e | c)` of Eq. 23, invariant part, `[classes, invariant]`; one row where there are no classes.
+    pub(crate) class_means: Param<Tensor<2>>,
     /// Logarithm of the standard deviation of each number of `m`.
     pub(crate) log_sigma_measurement: Param<Tensor<1>>,
     /// Logarithm of the standard deviation of each image coefficient.
     pub(crate) log_sigma_image: Param<Tensor<1>>,
 }
 
-/// Cosine and sine of `m azimuth` for each pair of a latent, `[views, pairs]`.
+/// By how much each pair of a latent turns: cosine and sine of `m` times an angle, `[views, pairs]`; nothing for a latent
+/// without pairs.
 #[derive(Clone, Debug)]
-pub(crate) struct Turn {
-    pub(crate) cos: Tensor<2>,
-    pub(crate) sin: Tensor<2>,
-}
+pub(crate) struct Turn(Option<[Tensor<2>; 2]>);
 
 /// A view's factor on the latent, object frame: mean `[views, latent]`, log variance `[views, invariant + pairs]`.
 pub(crate) struct Factor {
@@ -77,8 +73,11 @@ pub(crate) struct Decoded {
 }
 
 impl Turn {
-    /// From conditionings `[views, CONDITIONING]`.
+    /// From conditionings `[views, 2 HARMONICS..]` that begin with the harmonics.
     pub(crate) fn new(layout: LatentLayout, conditioning: &Tensor<2>) -> Self {
+        if layout.pairs() == 0 {
+            return Self(None);
+        }
         let spread = |offset: usize| {
             let of_harmonic = |m: usize| {
                 let column = conditioning.clone().narrow(1, 2 * m + offset, 1);
@@ -86,7 +85,11 @@ impl Turn {
             };
             Tensor::cat((0..HARMONICS).map(of_harmonic).collect(), 1)
         };
-        Self { cos: spread(0), sin: spread(1) }
+        Self(Some([spread(0), spread(1)]))
+    }
+
+    fn back(&self) -> Self {
+        Self(self.0.clone().map(|[cos, sin]| [cos, sin.neg()]))
     }
 }
 
@@ -154,26 +157,43 @@ impl Trunk {
 }
 
 impl TrunkWithHead {
-    /// Fresh weights.
-    pub(crate) fn new(architecture: &Architecture, seed: Seed, device: &Device) -> Self {
+    /// Fresh weights; `head` lists the numbers that go in and come out of each of the head's layers.
+    pub(crate) fn new(architecture: &Architecture, head: &[usize], seed: Seed, device: &Device) -> Self {
         let stream = &mut seed.stream("trunk weights", 0);
-        Self {
-            trunk: Trunk::new(architecture, stream, device),
-            azimuth: linear(architecture.measurement, AZIMUTH_BINS, Gain::Linear, stream, device),
-            upright: linear(architecture.measurement, UPRIGHT, Gain::Linear, stream, device),
-        }
+        let trunk = Trunk::new(architecture, stream, device);
+        let last = head.len().saturating_sub(2);
+        let layer = |(index, sizes): (usize, &[usize])| {
+            let gain = if index == last { Gain::Linear } else { Gain::Relu };
+            linear(sizes[0], sizes[1], gain, stream, device)
+        };
+        Self { trunk, head: head.windows(2).enumerate().map(layer).collect() }
     }
 
-    /// Logits of the azimuth's bins, and the upright conditioning.
-    pub(crate) fn forward(&self, convolved: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
-        let m = self.trunk.measurement.forward(self.trunk.features(convolved));
-        (self.azimuth.forward(m.clone()), self.upright.forward(m))
+    /// `m(z)`, not whitened.
+    pub(crate) fn measure(&self, convolved: Tensor<2>) -> Tensor<2> {
+        self.trunk.measurement.forward(self.trunk.features(convolved))
+    }
+
+    /// What the head makes of measurements.
+    pub(crate) fn answer(&self, mut x: Tensor<2>) -> Tensor<2> {
+        for (index, layer) in self.head.iter().enumerate() {
+            x = layer.forward(x);
+            if index + 1 < self.head.len() {
+                x = relu(x);
+            }
+        }
+        x
     }
 }
 
 impl Autoencoder {
     /// Fresh weights.
-    pub(crate) fn new(architecture: &Architecture, instances: usize, seed: Seed, device: &Device) -> Self {
+    pub(crate) fn new(
+        architecture: &Architecture,
+        [instances, classes]: [usize; 2],
+        seed: Seed,
+        device: &Device,
+    ) -> Self {
         let stream = &mut seed.stream("autoencoder weights", 0);
         let latent = architecture.latent;
         let mut hidden = |inputs: usize, sizes: &[usize]| {
@@ -185,33 +205,33 @@ impl Autoencoder {
             }
             (layers, inputs)
         };
-        let (mut encoder, encoded) =
-            hidden(architecture.features + architecture.components + UPRIGHT, &architecture.encoder);
-        let seen = latent.dimension() + architecture.decoder_conditioning();
-        let (decoder, decoded) = hidden(seen, &architecture.decoder);
+        let (mut encoder, encoded) = hidden(
+            architecture.features + architecture.components + architecture.encoder_conditioning(),
+            &architecture.encoder,
+        );
+        let (decoder, decoded) = hidden(architecture.decoder_inputs(), &architecture.decoder);
         let gaussian = latent.dimension() + latent.invariant + latent.pairs();
         encoder.push(linear(encoded, gaussian, Gain::Linear, stream, device));
-        let means = TensorData::new(vec![0f32; instances * latent.invariant], [instances, latent.invariant]);
+        let means = |rows: usize| {
+            let data = TensorData::new(vec![0f32; rows * latent.invariant], [rows, latent.invariant]);
+            Param::from_data(data, device)
+        };
         Self {
             encoder,
             decoder,
             measurement: linear(decoded, architecture.measurement, Gain::Linear, stream, device),
             image: linear(decoded, architecture.components, Gain::Linear, stream, device),
-            instance_means: Param::from_data(means, device),
+            instance_means: means(instances),
+            class_means: means(classes.max(1)),
             log_sigma_measurement: zeros(architecture.measurement, device),
             log_sigma_image: zeros(architecture.components, device),
         }
     }
 
-    /// `q(e | z, x_rel)` of crops `[n, features + components]` as [`super::features::Features::crop`] gives them, and upright conditioning `[n, UPRIGHT]`.
-    pub(crate) fn encode(
-        &self,
-        layout: LatentLayout,
-        features: Tensor<2>,
-        upright: Tensor<2>,
-        turn: &Turn,
-    ) -> Factor {
-        let mut x = Tensor::cat(vec![features, upright], 1);
+    /// `q(e | z, x_rel)` of what [`Architecture::encoder_conditioning`] and [`super::features::Features::crop`] give,
+    /// `[n, features + components + conditioning]`, turned into the frame of the conditioning.
+    pub(crate) fn encode(&self, layout: LatentLayout, inputs: Tensor<2>, turn: &Turn) -> Factor {
+        let mut x = inputs;
         let (last, hidden) = self.encoder.split_last().expect("an encoder has a last layer");
         for layer in hidden {
             x = relu(layer.forward(x));
@@ -222,16 +242,18 @@ impl Autoencoder {
         Factor { mean: turned(layout, out.narrow(1, 0, latent), turn), log_variance }
     }
 
-    /// `p(. | e, x_rel)` of latents `[n, latent]` and what the decoder sees of the conditioning.
+    /// `p(. | e, x_rel)` of latents `[n, latent]` and what the decoder sees beside them, if anything.
     pub(crate) fn decode(
         &self,
         layout: LatentLayout,
         latents: Tensor<2>,
-        seen: Tensor<2>,
+        seen: Option<Tensor<2>>,
         turn: &Turn,
     ) -> Decoded {
-        let back = Turn { cos: turn.cos.clone(), sin: turn.sin.clone().neg() };
-        let mut x = Tensor::cat(vec![turned(layout, latents, &back), seen], 1);
+        let mut x = turned(layout, latents, &turn.back());
+        if let Some(seen) = seen {
+            x = Tensor::cat(vec![x, seen], 1);
+        }
         for layer in &self.decoder {
             x = silu(layer.forward(x));
         }
@@ -265,11 +287,11 @@ fn dense(layer: &Linear) -> Dense {
 
 /// A latent with each pair turned: into the object's frame by the azimuth, back by its negative.
 fn turned(layout: LatentLayout, latents: Tensor<2>, turn: &Turn) -> Tensor<2> {
+    let Turn(Some([cos, sin])) = turn else { return latents };
     let pairs = layout.pairs();
     let invariant = latents.clone().narrow(1, 0, layout.invariant);
     let first = latents.clone().narrow(1, layout.invariant, pairs);
     let second = latents.narrow(1, layout.invariant + pairs, pairs);
-    let Turn { cos, sin } = turn;
     let x = cos.clone() * first.clone() - sin.clone() * second.clone();
     let y = sin.clone() * first + cos.clone() * second;
     Tensor::cat(vec![invariant, x, y], 1)
@@ -277,20 +299,37 @@ fn turned(layout: LatentLayout, latents: Tensor<2>, turn: &Turn) -> Tensor<2> {
 
 /// Numbers for each of `[invariant | pairs]`, given to both of each pair: `[n, latent]`.
 pub(crate) fn for_each_number(layout: LatentLayout, free: Tensor<2>) -> Tensor<2> {
+    if layout.pairs() == 0 {
+        return free;
+    }
     let invariant = free.clone().narrow(1, 0, layout.invariant);
     let pairs = free.narrow(1, layout.invariant, layout.pairs());
     Tensor::cat(vec![invariant, pairs.clone(), pairs], 1)
 }
 
-/// What the decoder sees of conditionings `[n, CONDITIONING]`.
-pub(crate) fn seen(architecture: &Architecture, conditioning: Tensor<2>) -> Tensor<2> {
-    let seen = architecture.decoder_conditioning();
-    conditioning.narrow(1, CONDITIONING - seen, seen)
+/// What the encoder sees: crops as [`super::features::Features::crop`] gives them, and the upright part of conditionings by
+/// viewpoint.
+pub(crate) fn encoder_input(
+    architecture: &Architecture,
+    crops: Tensor<2>,
+    conditioning: &Tensor<2>,
+) -> Tensor<2> {
+    match architecture.encoder_conditioning() {
+        0 => crops,
+        upright => Tensor::cat(vec![crops, conditioning.clone().narrow(1, 2 * HARMONICS, upright)], 1),
+    }
 }
 
-/// The upright part of conditionings `[n, CONDITIONING]`.
-pub(crate) fn upright(conditioning: Tensor<2>) -> Tensor<2> {
-    conditioning.narrow(1, 2 * HARMONICS, UPRIGHT)
+/// What the decoder sees beside latents: the end of the conditionings, then the source's measurements.
+pub(crate) fn decoder_input(
+    architecture: &Architecture,
+    conditioning: &Tensor<2>,
+    source: Option<Tensor<2>>,
+) -> Option<Tensor<2>> {
+    let (width, seen) = (architecture.convention.width(), architecture.decoder_conditioning());
+    let seen = (seen > 0).then(|| conditioning.clone().narrow(1, width - seen, seen));
+    let parts: Vec<_> = seen.into_iter().chain(source.filter(|_| architecture.decoder_sees_source)).collect();
+    (!parts.is_empty()).then(|| Tensor::cat(parts, 1))
 }
 
 enum Gain {

@@ -31,7 +31,13 @@ pub(crate) fn write(
     components: &Components,
     context: usize,
 ) -> Result<(), TrainError> {
-    let chosen: Vec<_> = views.by_instance.iter().filter(|v| v.len() > OTHERS).take(ROWS).collect();
+    let chosen: Vec<_> = views
+        .groups
+        .iter()
+        .map(|group| &group.views)
+        .filter(|views| views.len() > OTHERS)
+        .take(ROWS)
+        .collect();
     let tile = CROP_SIDE as u32 + GAP;
     let size = (tile * (1 + OTHERS as u32), (3 * tile + GAP) * chosen.len() as u32);
     let mut sheet = RgbImage::from_pixel(size.0.max(1), size.1.max(1), image::Rgb([255; 3]));
@@ -39,9 +45,10 @@ pub(crate) fn write(
         let shown = &of_instance[..=OTHERS];
         let several = &of_instance[OTHERS + 1..];
         let several = &several[..several.len().min(context)];
-        let one = predictions.posterior(&shown[..1]).mean;
-        let fused = if several.is_empty() { one.clone() } else { predictions.posterior(several).mean };
-        let seen = |latent: &DVector<f64>| rebuilt(&predictions.decode(latent, shown).1, components);
+        let from = shown[0];
+        let one = predictions.posterior(from, &shown[..1]).mean;
+        let fused = if several.is_empty() { one.clone() } else { predictions.posterior(from, several).mean };
+        let seen = |latent: &DVector<f64>| rebuilt(&predictions.decode(latent, from, shown).1, components);
         let originals: Vec<_> = shown.iter().map(|&view| views.set.views[view].crop.clone()).collect();
         for (line, crops) in [originals, seen(&one), seen(&fused)].iter().enumerate() {
             for (column, crop) in crops.iter().enumerate() {

@@ -1,44 +1,95 @@
-//! Stage 1: the trunk learns features that tell the viewpoint (IV-C: "sensitive to viewpoint changes").
+//! Stage 1: the trunk learns features that tell what the objective needs, in IV-C's words "sensitive to viewpoint changes".
 
-use super::network::{AZIMUTH_BINS, TrunkWithHead, upright};
+use super::components::Components;
+use super::contrastive;
+use super::network::TrunkWithHead;
 use super::run::{Step, scalar};
-use super::views::{Views, gather, numbers};
-use crate::spec::TrainingSpec;
+use super::views::{Views, numbers, table};
+use crate::architecture::{Architecture, UPRIGHT};
+use crate::spec::{Motion, Objective, TrainingSpec};
 use burn::optim::GradientsParams;
 use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor, TensorData};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
-use vantage_dataset::Seed;
-use vantage_dataset::viewpoint::CONDITIONING;
+use vantage_dataset::{Seed, Stream};
 
-/// Concentration of the azimuth's soft label: about 13 degrees wide.
+/// Angles that the head tells apart.
+const BINS: usize = 48;
+/// Concentration of an angle's soft label: about 13 degrees wide.
 const CONCENTRATION: f64 = 20.0;
-/// Weight of the squared error of the upright conditioning.
-const UPRIGHT_WEIGHT: f64 = 2.0;
+/// Weight of the squared error of what is not an angle.
+const REST_WEIGHT: f64 = 2.0;
+/// Hidden numbers of a head that compares two views.
+const COMPARED: usize = 128;
 
-/// Cross-entropy of the azimuth over bins, which can be told apart or not (symmetric objects cannot), and the
-/// squared error of the rest of `x_rel`.
-pub(crate) fn step(
-    network: &TrunkWithHead,
-    views: &Views,
-    spec: &TrainingSpec,
-    seed: Seed,
-    index: usize,
-    device: &Device,
-) -> Step<2> {
+/// What the head answers from `m(z)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// The azimuth and the upright part of `x_rel`.
+    Viewpoint,
+    /// The change of azimuth between two views of a session, and the upright parts of both, by odometry.
+    Change,
+    /// The camera's motion between two views of a session, by odometry: its turn to the left, and all of it.
+    Motion,
+    /// The crop's own image coefficients.
+    Image,
+    /// Which of the batch's crops is of the same instance.
+    Instance,
+}
+
+impl Task {
+    /// The task that serves an objective and reads no more than that may.
+    pub(crate) fn of(spec: &TrainingSpec) -> Self {
+        match (spec.objective, spec.predictive.motion) {
+            (Objective::ViewpointDependent, _) => Task::Viewpoint,
+            (Objective::ViewpointPredictive, Motion::Camera) => Task::Motion,
+            (Objective::ViewpointPredictive, _) => Task::Change,
+            (Objective::Autoencoder, _) => Task::Image,
+            (Objective::Contrastive, _) => Task::Instance,
+        }
+    }
+
+    /// Numbers into and out of the head's layers.
+    pub(crate) fn head(self, architecture: &Architecture) -> Vec<usize> {
+        let m = architecture.measurement;
+        match self {
+            Task::Viewpoint => vec![m, BINS + UPRIGHT],
+            Task::Change => vec![2 * m, COMPARED, BINS + 2 * UPRIGHT],
+            Task::Motion => vec![2 * m, COMPARED, BINS + 9],
+            Task::Image => vec![m, architecture.components],
+            Task::Instance => vec![m, m],
+        }
+    }
+
+    /// Whether crops come in pairs: the second half of a batch belongs to the first.
+    fn paired(self) -> bool {
+        matches!(self, Task::Change | Task::Motion | Task::Instance)
+    }
+}
+
+/// What stage 1 descends over.
+pub(crate) struct TrunkData<'a> {
+    pub(crate) task: Task,
+    pub(crate) views: &'a Views<'a>,
+    /// Where the task is [`Task::Image`].
+    pub(crate) components: Option<&'a Components>,
+    pub(crate) spec: &'a TrainingSpec,
+    pub(crate) seed: Seed,
+    pub(crate) device: &'a Device,
+}
+
+/// The loss of the random batch of a step: cross-entropy of the angle over bins, which can be told apart or not (those of
+/// symmetric objects cannot), and the squared error of the rest; or the task's own.
+pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> Step<2> {
+    let TrunkData { task, views, spec, seed, device, .. } = *data;
     let mut stream = seed.stream("trunk batch", index as u64);
-    let batch: Vec<usize> = (0..spec.trunk_batch).map(|_| stream.below(views.len())).collect();
+    let batch = draw(task, views, spec.trunk_batch as usize, &mut stream);
     let convolutions = network.trunk.convolutions();
     let pass = convolutions.pass(&views.crops(batch.iter().copied()));
-    let outputs = pass.outputs();
-    let shape = [batch.len(), outputs.len() / batch.len()];
-    let convolved = Tensor::<2>::from_data(TensorData::new(outputs, shape), device).require_grad();
-    let (logits, predicted) = network.forward(convolved.clone());
-    let labels = soft_labels(views, &batch, device);
-    let azimuth = (log_softmax(logits, 1) * labels).sum_dim(1).mean().neg();
-    let conditioning = gather(&views.conditioning, CONDITIONING, &batch, device);
-    let upright = (predicted - upright(conditioning)).square().mean();
-    let total = azimuth.clone() + upright.clone() * UPRIGHT_WEIGHT;
+    let convolved = table(pass.outputs(), batch.len(), device).require_grad();
+    let m = network.measure(convolved.clone());
+    let (total, terms) = data.loss(network, m, &batch);
     let tape = total.backward();
     let d_convolved = numbers(convolved.grad(&tape).expect("the loss depends on the convolutions"));
     let mut gradients = GradientsParams::from_grads(tape, network);
@@ -47,18 +98,88 @@ pub(crate) fn step(
         &mut gradients,
         &device.clone().inner(),
     );
-    Step { loss: scalar(&total), terms: [scalar(&azimuth), scalar(&upright)], gradients }
+    Step { loss: scalar(&total), terms, gradients }
 }
 
-/// A von Mises bump around the true azimuth, over the bins.
-fn soft_labels(views: &Views, batch: &[usize], device: &Device) -> Tensor<2> {
-    let mut labels = Vec::with_capacity(batch.len() * AZIMUTH_BINS);
-    for &view in batch {
-        let azimuth = views.set.views[view].viewpoint.azimuth();
-        let center = |bin: usize| (bin as f64 + 0.5) * 2.0 * PI / AZIMUTH_BINS as f64;
-        let bump = |bin| libm::exp(CONCENTRATION * (libm::cos(azimuth - center(bin)) - 1.0));
-        let total: f64 = (0..AZIMUTH_BINS).map(bump).sum();
-        labels.extend((0..AZIMUTH_BINS).map(|bin| (bump(bin) / total) as f32));
+/// Views of a batch; where crops come in pairs, as many first views as second ones, each of the same group.
+fn draw(task: Task, views: &Views, count: usize, stream: &mut Stream) -> Vec<usize> {
+    if !task.paired() {
+        return (0..count).map(|_| views.usable[stream.below(views.usable.len())]).collect();
     }
-    Tensor::from_data(TensorData::new(labels, [batch.len(), AZIMUTH_BINS]), device)
+    let mut batch = vec![0; 2 * (count / 2).max(1)];
+    let half = batch.len() / 2;
+    for row in 0..half {
+        let group = &views.groups[stream.below(views.groups.len())].views;
+        let first = stream.below(group.len());
+        let second = (first + 1 + stream.below(group.len() - 1)) % group.len();
+        (batch[row], batch[half + row]) = (group[first], group[second]);
+    }
+    batch
+}
+
+impl TrunkData<'_> {
+    fn loss(&self, network: &TrunkWithHead, m: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 2]) {
+        let (views, half) = (self.views, batch.len() / 2);
+        let compared = |m: Tensor<2>| {
+            network.answer(Tensor::cat(vec![m.clone().narrow(0, 0, half), m.narrow(0, half, half)], 1))
+        };
+        let pairs = || batch[..half].iter().zip(&batch[half..]);
+        let (answer, angles, rest): (Tensor<2>, Vec<f64>, Vec<f32>) = match self.task {
+            Task::Viewpoint => {
+                let angles = batch.iter().map(|&view| views.azimuth(view)).collect();
+                let rest = batch.iter().flat_map(|&view| views.upright(view)).collect();
+                (network.answer(m), angles, rest)
+            }
+            Task::Change => {
+                let angles = pairs().map(|(&from, &to)| views.azimuth(to) - views.azimuth(from)).collect();
+                let rest = pairs().flat_map(|(&from, &to)| [views.upright(from), views.upright(to)]);
+                (compared(m), angles, rest.flatten().collect())
+            }
+            Task::Motion => {
+                let motions: Vec<[f32; 9]> = pairs().map(|(&from, &to)| views.motion(from, to)).collect();
+                let angles = motions.iter().map(turn_to_the_left).collect();
+                (compared(m), angles, motions.into_iter().flatten().collect())
+            }
+            Task::Image => {
+                let components = self.components.expect("a trunk that rebuilds crops has a basis");
+                let crops = batch.iter().map(|&view| &views.set.views[view].crop);
+                let wanted = table(components.coefficients(crops), batch.len(), self.device);
+                let loss = (network.answer(m) - wanted).square().mean();
+                let value = scalar(&loss);
+                return (loss, [value, 0.0]);
+            }
+            Task::Instance => {
+                let embedded = network.answer(m);
+                let loss = contrastive::loss(embedded, self.device);
+                let value = scalar(&loss);
+                return (loss, [value, 0.0]);
+            }
+        };
+        let rows = angles.len();
+        let labels = soft_labels(&angles, self.device);
+        let angle = (log_softmax(answer.clone().narrow(1, 0, BINS), 1) * labels).sum_dim(1).mean().neg();
+        let rest = table(rest, rows, self.device);
+        let rest = (answer.narrow(1, BINS, rest.dims()[1]) - rest).square().mean();
+        let terms = [scalar(&angle), scalar(&rest)];
+        (angle + rest * REST_WEIGHT, terms)
+    }
+}
+
+/// The turn about the camera's upward axis (y points down) of a motion as [`Views::motion`] gives it, radians.
+fn turn_to_the_left(motion: &[f32; 9]) -> f64 {
+    let column = |at: usize| Vector3::from_fn(|row, _| f64::from(motion[3 * at + row]));
+    let rotation = Matrix3::from_columns(&[column(0), column(1), column(0).cross(&column(1))]);
+    libm::atan2(-rotation[(0, 2)], rotation[(2, 2)])
+}
+
+/// A von Mises bump around each true angle, over the bins.
+fn soft_labels(angles: &[f64], device: &Device) -> Tensor<2> {
+    let mut labels = Vec::with_capacity(angles.len() * BINS);
+    for angle in angles {
+        let center = |bin: usize| (bin as f64 + 0.5) * 2.0 * PI / BINS as f64;
+        let bump = |bin| libm::exp(CONCENTRATION * (libm::cos(angle - center(bin)) - 1.0));
+        let total: f64 = (0..BINS).map(bump).sum();
+        labels.extend((0..BINS).map(|bin| (bump(bin) / total) as f32));
+    }
+    Tensor::from_data(TensorData::new(labels, [angles.len(), BINS]), device)
 }

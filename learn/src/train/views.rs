@@ -1,44 +1,83 @@
-//! Views as a training reads them: by instance, with their conditioning, and in batches.
+//! Views as a training reads them: in groups that may be predicted from each other, with their conditioning.
 
 use super::error::TrainError;
+use crate::architecture::{Convention, UPRIGHT};
+use crate::spec::{Motion, Objective, TrainingSpec};
 use burn::tensor::{Device, Tensor, TensorData};
-use vantage_dataset::viewpoint::CONDITIONING;
-use vantage_dataset::{Crop, Split, ViewSet};
+use std::collections::BTreeMap;
+use vantage_dataset::sighting::estimated_viewpoints;
+use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
+use vantage_dataset::{Crop, Seed, Sighting, Split, View, ViewSet, Viewpoint};
+
+/// Views that know where they are relative to each other.
+pub(crate) struct Group {
+    /// Their instance, among those that are trained on.
+    pub(crate) instance: usize,
+    /// Indices into the view set; in the order a robot met them where the training reads odometry.
+    pub(crate) views: Vec<usize>,
+}
 
 /// A view set, checked and indexed.
 pub(crate) struct Views<'a> {
     pub(crate) set: &'a ViewSet,
-    /// `[views, CONDITIONING]`, row-major.
-    pub(crate) conditioning: Vec<f32>,
-    /// Views of each instance that has two or more.
-    pub(crate) by_instance: Vec<Vec<usize>>,
+    /// Viewpoint of each view as far as the training may know it; `None` for views that it cannot use.
+    viewpoints: Vec<Option<Viewpoint>>,
+    /// By instance; each has two views or more.
+    pub(crate) groups: Vec<Group>,
+    /// Instances that are trained on.
+    pub(crate) instances: usize,
+    /// Views in any group.
+    pub(crate) usable: Vec<usize>,
+    /// Class of each instance that is tagged with one.
+    pub(crate) tags: Vec<Option<usize>>,
+    /// Number of classes.
+    pub(crate) classes: usize,
 }
 
 impl<'a> Views<'a> {
     /// Views of a split, finite and with at least `instances` instances to learn from.
-    pub(crate) fn new(set: &'a ViewSet, split: Split, instances: usize) -> Result<Self, TrainError> {
+    ///
+    /// The viewpoint-dependent objective reads true viewpoints and groups all views of an instance; the predictive one
+    /// reads sightings alone, and groups those of a session.
+    pub(crate) fn new(
+        set: &'a ViewSet,
+        split: Split,
+        instances: usize,
+        spec: &TrainingSpec,
+        seed: Seed,
+    ) -> Result<Self, TrainError> {
         if set.split != split {
             return Err(TrainError::Split { got: set.split, expected: split });
         }
-        let mut conditioning = Vec::with_capacity(set.views.len() * CONDITIONING);
-        let mut by_instance = vec![Vec::new(); set.instances.len()];
         for (index, view) in set.views.iter().enumerate() {
-            let x = view.viewpoint.conditioning().map(|number| number as f32);
-            if !x.iter().all(|number| number.is_finite()) {
+            if !view.viewpoint.conditioning().iter().all(|number| number.is_finite()) {
                 return Err(TrainError::Viewpoint { split, view: index });
             }
-            conditioning.extend(x);
-            let Some(views) = by_instance.get_mut(view.instance) else {
+            if view.instance >= set.instances.len() {
                 let (got, instances) = (view.instance, set.instances.len());
                 return Err(TrainError::Instance { split, view: index, got, instances });
-            };
-            views.push(index);
+            }
         }
-        by_instance.retain(|views| views.len() >= 2);
-        if by_instance.len() < instances {
-            return Err(TrainError::TooFewInstances { split, got: by_instance.len(), expected: instances });
+        let (mut viewpoints, found) = match spec.objective {
+            Objective::ViewpointPredictive => dead_reckoned(set, split)?,
+            _ => known(set),
+        };
+        if spec.predictive.motion == Motion::TrueObjectCentred {
+            viewpoints = set.views.iter().map(|view| Some(view.viewpoint)).collect();
         }
-        Ok(Self { set, conditioning, by_instance })
+        let mut seen: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut groups = Vec::new();
+        for (instance, views) in found.into_iter().filter(|(_, views)| views.len() >= 2) {
+            let next = seen.len();
+            groups.push(Group { instance: *seen.entry(instance).or_insert(next), views });
+        }
+        if seen.len() < instances {
+            return Err(TrainError::TooFewInstances { split, got: seen.len(), expected: instances });
+        }
+        let mut usable: Vec<usize> = groups.iter().flat_map(|group| group.views.iter().copied()).collect();
+        usable.sort_unstable();
+        let (tags, classes) = tagged(set, &seen, spec, seed);
+        Ok(Self { set, viewpoints, groups, instances: seen.len(), usable, tags, classes })
     }
 
     /// Number of views.
@@ -51,10 +90,106 @@ impl<'a> Views<'a> {
         views.map(|view| &self.set.views[view].crop).collect()
     }
 
-    /// The conditioning of a view.
-    pub(crate) fn conditioning(&self, view: usize) -> &[f32] {
-        &self.conditioning[view * CONDITIONING..(view + 1) * CONDITIONING]
+    /// Azimuth of a usable view, in the frame that its group shares.
+    pub(crate) fn azimuth(&self, view: usize) -> f64 {
+        self.viewpoints[view].map_or(0.0, |viewpoint| viewpoint.azimuth())
     }
+
+    /// Sine of the elevation, cosine and sine of the roll, log distance.
+    pub(crate) fn upright(&self, view: usize) -> [f32; UPRIGHT] {
+        let x = self.viewpoints[view].map_or([0.0; CONDITIONING], |viewpoint| viewpoint.conditioning());
+        std::array::from_fn(|i| x[2 * HARMONICS + i] as f32)
+    }
+
+    /// `first_camera_from_second_camera` of two sightings of a session.
+    pub(crate) fn motion(&self, from: usize, to: usize) -> [f32; 9] {
+        let pose = |view: usize| self.set.views[view].sighting.as_ref().map(|s| s.session_from_camera);
+        let (Some(from), Some(to)) = (pose(from), pose(to)) else { return [0.0; 9] };
+        let motion = from.inv_mul(&to);
+        let rotation = motion.rotation.to_rotation_matrix().into_inner();
+        let numbers =
+            rotation.columns(0, 2).iter().chain(&motion.translation.vector).copied().collect::<Vec<_>>();
+        std::array::from_fn(|i| numbers[i] as f32)
+    }
+
+    /// What a decoder is told when view `to` is predicted in the frame of view `from`: see [`Convention`]. `sourced` says
+    /// whether it also sees the measurement of `from`.
+    pub(crate) fn conditioning(
+        &self,
+        convention: Convention,
+        from: usize,
+        to: usize,
+        sourced: bool,
+    ) -> Vec<f32> {
+        let of = |view: usize| {
+            self.viewpoints[view].map_or([0.0; CONDITIONING], |viewpoint| viewpoint.conditioning())
+        };
+        match convention {
+            Convention::Viewpoint => of(to).map(|number| number as f32).to_vec(),
+            Convention::ObjectCentredChange => {
+                let turned = self.viewpoints[to].map(|viewpoint| viewpoint.turned(-self.azimuth(from)));
+                let x = turned.map_or([0.0; CONDITIONING], |viewpoint| viewpoint.conditioning());
+                let first = if sourced { self.upright(from) } else { [0.0; UPRIGHT] };
+                let change = x[..2 * HARMONICS].iter().map(|&number| number as f32);
+                change.chain(first).chain(self.upright(to)).collect()
+            }
+            Convention::CameraMotion => self.motion(from, to).to_vec(),
+            Convention::None => Vec::new(),
+        }
+    }
+}
+
+type Grouped = (Vec<Option<Viewpoint>>, Vec<(usize, Vec<usize>)>);
+
+/// True viewpoints, all views of an instance in one group.
+fn known(set: &ViewSet) -> Grouped {
+    let mut groups = vec![Vec::new(); set.instances.len()];
+    for (index, view) in set.views.iter().enumerate() {
+        groups[view.instance].push(index);
+    }
+    let viewpoints = set.views.iter().map(|view| Some(view.viewpoint)).collect();
+    (viewpoints, groups.into_iter().enumerate().collect())
+}
+
+/// Viewpoints by odometry and boxes, the views of a session in one group, in the order of the way.
+fn dead_reckoned(set: &ViewSet, split: Split) -> Result<Grouped, TrainError> {
+    let mut sessions: BTreeMap<(usize, usize), Vec<(usize, &Sighting)>> = BTreeMap::new();
+    for (index, View { instance, session, sighting, .. }) in set.views.iter().enumerate() {
+        let sighting = sighting.as_ref().ok_or(TrainError::Sighting { split, view: index })?;
+        sessions.entry((*instance, *session)).or_default().push((index, sighting));
+    }
+    let mut viewpoints = vec![None; set.views.len()];
+    let mut groups = Vec::new();
+    for ((instance, _), mut session) in sessions {
+        session.sort_by_key(|(_, sighting)| sighting.step);
+        let (views, sightings): (Vec<usize>, Vec<&Sighting>) = session.into_iter().unzip();
+        let estimated = estimated_viewpoints(&sightings);
+        for (&view, viewpoint) in views.iter().zip(&estimated) {
+            viewpoints[view] = *viewpoint;
+        }
+        groups.push((instance, views.into_iter().filter(|&view| viewpoints[view].is_some()).collect()));
+    }
+    Ok((viewpoints, groups))
+}
+
+/// Classes of a random share of the instances, numbered in the order of their names.
+fn tagged(
+    set: &ViewSet,
+    kept: &BTreeMap<usize, usize>,
+    spec: &TrainingSpec,
+    seed: Seed,
+) -> (Vec<Option<usize>>, usize) {
+    let Some(class) = &spec.class else { return (vec![None; kept.len()], 0) };
+    let mut names: Vec<&str> = set.instances.iter().map(|instance| instance.family.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let mut tags = vec![None; kept.len()];
+    for (&instance, &index) in kept {
+        if seed.stream("tag", index as u64).chance(class.tagged) {
+            tags[index] = names.binary_search(&set.instances[instance].family.as_str()).ok();
+        }
+    }
+    (tags, names.len())
 }
 
 /// BLAKE3 of all that a training reads of a view set.
@@ -70,6 +205,15 @@ pub fn view_set_hash(set: &ViewSet) -> String {
         for number in view.viewpoint.conditioning() {
             hasher.update(&number.to_le_bytes());
         }
+        if let Some(sighting) = &view.sighting {
+            let Sighting { step, session_from_camera, ray, angular_size } = sighting;
+            hasher.update(&(view.session as u64).to_le_bytes());
+            hasher.update(&(*step as u64).to_le_bytes());
+            let pose = session_from_camera.to_homogeneous();
+            for number in pose.iter().chain(ray).chain([angular_size]) {
+                hasher.update(&number.to_le_bytes());
+            }
+        }
         hasher.update(&*view.crop.0);
     }
     hasher.finalize().to_hex().to_string()
@@ -82,6 +226,12 @@ pub(crate) fn gather(table: &[f32], width: usize, views: &[usize], device: &Devi
         rows.extend_from_slice(&table[view * width..(view + 1) * width]);
     }
     Tensor::from_data(TensorData::new(rows, [views.len(), width]), device)
+}
+
+/// Numbers as a tensor `[rows, width]`, also where the width is 0.
+pub(crate) fn table(numbers: Vec<f32>, rows: usize, device: &Device) -> Tensor<2> {
+    let width = numbers.len() / rows.max(1);
+    Tensor::from_data(TensorData::new(numbers, [rows, width]), device)
 }
 
 /// The numbers of a tensor, row-major.

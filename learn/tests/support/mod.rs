@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{Progress, TrainError, TrainingSpec, train};
+use vantage_learn::{Progress, TrainError, Training, TrainingSpec, train};
 
 pub fn tiny_spec() -> TrainingSpec {
     TrainingSpec {
@@ -47,7 +47,11 @@ pub fn tiny_training(
     };
     let (views, held_out) = (training_views(), validation_views());
     let provenance = BTreeMap::from([("scene".to_owned(), "a scene".to_owned())]);
-    train(&views, &held_out, spec, Seed(0), &provenance, folder, &mut progress)?;
+    let (training, validation, provenance) = (&views, &held_out, &provenance);
+    train(
+        Training { training, validation, spec, seed: Seed(0), provenance, folder, trunks: None },
+        &mut progress,
+    )?;
     Ok(told)
 }
 

@@ -24,6 +24,7 @@ pub fn views(split: Split, instances: usize, views: usize, seed: u64) -> ViewSet
                 crop,
                 visible_fraction: 1.0,
                 box_center_error: [0.0; 2],
+                sighting: None,
             });
         }
     }

@@ -1,5 +1,6 @@
 //! `views`: the pictures of single objects that the model is trained on.
 
+use crate::scene::OdometrySpec;
 use crate::scene::rule::{Interval, interval_within, not_nan};
 use garde::Validate;
 use schemars::JsonSchema;
@@ -37,6 +38,11 @@ pub struct ViewsSpec {
     /// Share of sessions in which other objects stand near, and may hide part of this one.
     #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
     pub occluder_probability: f64,
+    /// Odometry of a robot that goes from view to view of a session, by azimuth: what the viewpoint-predictive model is
+    /// trained on. Without it views have no sightings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub odometry: Option<OdometrySpec>,
 }
 
 impl ViewsSpec {

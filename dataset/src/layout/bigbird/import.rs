@@ -257,6 +257,7 @@ fn views(
             crop: sighting.crop.clone(),
             visible_fraction: 1.0,
             box_center_error: (error / angular_size).into(),
+            sighting: None,
         });
     }
     views

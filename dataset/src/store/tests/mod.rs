@@ -100,6 +100,11 @@ fn episode(seed: Seed, steps: usize, objects: usize) -> Episode {
     Episode { observations, truth }
 }
 
+fn sighting(s: &mut Stream, step: usize) -> Sighting {
+    let session_from_camera = pose(s);
+    Sighting { step, session_from_camera, ray: [s.normal(), s.normal()], angular_size: s.unit() }
+}
+
 fn view_set(seed: Seed, instances: usize) -> ViewSet {
     let mut s = seed.stream("views", 0);
     let records: Vec<_> = (0..instances).map(|_| instance(&mut s)).collect();
@@ -114,6 +119,7 @@ fn view_set(seed: Seed, instances: usize) -> ViewSet {
                 crop: crop(&mut s),
                 visible_fraction: s.unit(),
                 box_center_error: [s.normal() * 1e-3, -0.0],
+                sighting: s.chance(0.5).then(|| sighting(&mut s, session)),
             });
         }
     }

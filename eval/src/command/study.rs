@@ -1,0 +1,94 @@
+//! `bench study FILE`: models trained in several ways on the same views, compared on instances that none has seen.
+
+use crate::cli::StudyArgs;
+use crate::exit::{BenchError, Exit};
+use crate::manifest::Manifest;
+use crate::metric::Metric;
+use crate::output::OutputFolder;
+use crate::pipeline::{LATENTS, PIXELS, Pipeline, Unseen, study_views, variant_models, variant_scores};
+use crate::render::{self, Style};
+use crate::report;
+use crate::results::Results;
+use crate::scene_file;
+use crate::study_file::StudyFile;
+use crate::table::{Outcome, Run, Table};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use vantage_dataset::Seed;
+
+/// Folder of the cache that holds trained trunks.
+const TRUNKS: &str = "trunks";
+
+/// Trains and scores every variant, prints the table and writes it below `args.out`.
+pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let out = OutputFolder::probe(&args.out)?;
+    let study: StudyFile = scene_file::read(&args.study)?;
+    let scene = args.study.parent().unwrap_or(Path::new("")).join(&study.scene);
+    let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
+    for variant in &study.variants {
+        variant.training(&pipeline.file.training.model)?;
+    }
+    let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
+    let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
+    let mut manifest = Manifest::new(&hash, &seeds);
+    manifest.renderer = super::score::renderer(&pipeline);
+    manifest.options = serde_json::to_value(args)?;
+
+    let started = Instant::now();
+    let views = study_views(&pipeline)?;
+    manifest.took("views", started.elapsed());
+    let trunks = args.cache.join(TRUNKS);
+    let mut runs = Vec::new();
+    for variant in &study.variants {
+        let started = Instant::now();
+        for (seed, model) in variant_models(&pipeline, &study, variant, &views, &trunks)? {
+            let scored = variant_scores(&pipeline, &model)?;
+            if runs.is_empty() {
+                let floor = mean_scores(&scored, PIXELS);
+                let floor = |&seed| run(PIXELS, seed, floor.clone());
+                runs.extend(seeds.iter().map(floor));
+            }
+            runs.push(run(&variant.name, seed, mean_scores(&scored, LATENTS)));
+        }
+        manifest.took(&variant.name, started.elapsed());
+    }
+
+    let names: Vec<&str> =
+        study.variants.iter().map(|variant| variant.name.as_str()).chain([PIXELS]).collect();
+    let table = Table::new("models", &names, Some(names[0]), &METRICS, &seeds, runs)?;
+    writeln!(stdout, "{}", render::tables(&table, Style::Terminal))?;
+    let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
+    let notes = format!("# {}\n\n{}\n\n{}", study.name, study.purpose.trim(), notes.collect::<String>());
+    out.write(PathBuf::from(&study.name).join("variants.md"), notes.as_bytes())?;
+    report::write(&out, &Results::new(&study.name, &hash, vec![table]), &manifest)?;
+    Ok(Exit::Success)
+}
+
+/// What a study's table shows.
+const METRICS: [Metric; 7] = [
+    Metric::Ari,
+    Metric::Nmi,
+    Metric::VMeasure,
+    Metric::RecallAt1,
+    Metric::RecallAt1AcrossLight,
+    Metric::ViewpointMedian,
+    Metric::ViewpointRight,
+];
+
+fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
+    Run { method: method.to_owned(), seed, outcome: Outcome::Done, scores }
+}
+
+/// The mean of each score over the sets of test instances; undefined where it is in any of them.
+fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
+    let of_method = || unseen.iter().flat_map(|set| set.runs.iter().filter(|run| run.method == method));
+    let sets = of_method().count() as f64;
+    let mean = |metric: Metric| {
+        let scores: Option<Vec<f64>> = of_method().map(|run| run.scores.get(&metric).copied()).collect();
+        let scores = scores.filter(|scores| !scores.is_empty())?;
+        Some((metric, scores.iter().sum::<f64>() / sets))
+    };
+    METRICS.into_iter().filter_map(mean).collect()
+}

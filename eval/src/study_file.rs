@@ -1,0 +1,134 @@
+//! The study file: models that are trained on the views of one scene, each in its own way, and compared.
+
+use crate::scene_file::is_file_name;
+use garde::Validate;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use thiserror::Error;
+use vantage_learn::TrainingSpec;
+
+/// Version of the study format.
+pub const VERSION: u32 = 1;
+
+/// A whole study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// Version of the study format: 1.
+    #[garde(range(min = VERSION, max = VERSION))]
+    pub version: u32,
+    /// Name of the study and of its folder of results.
+    #[garde(custom(is_file_name))]
+    pub name: String,
+    /// What the study is to show, in a sentence.
+    #[garde(length(min = 1, max = 1000))]
+    pub purpose: String,
+    /// The scene, relative to the study: its views train and score the models, its `training.model` is what variants
+    /// differ from, its `evaluation.seeds` are the sets of test instances.
+    #[garde(skip)]
+    pub scene: PathBuf,
+    /// Each variant is trained so often, with seeds from 1 on.
+    #[garde(range(min = 1, max = 100))]
+    pub seeds: u64,
+    /// The variants; the first is what the others are compared with.
+    #[garde(length(min = 1, max = 200), dive, custom(differ))]
+    pub variants: Vec<Variant>,
+}
+
+/// One way to train a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Variant {
+    /// Its row in the table.
+    #[garde(custom(is_file_name))]
+    pub name: String,
+    /// What it shows.
+    #[garde(length(min = 1, max = 300))]
+    pub note: String,
+    /// Training instances, of those that the scene has: the first ones.
+    #[serde(default)]
+    #[garde(inner(range(min = 2)))]
+    pub instances: Option<usize>,
+    /// What differs from the scene's `training.model`.
+    #[serde(default)]
+    #[garde(skip)]
+    pub model: Map<String, Value>,
+}
+
+/// A variant that cannot be trained.
+#[derive(Debug, Error)]
+#[error("study variant {variant}: model: {reason}")]
+pub struct VariantError {
+    /// Its name.
+    pub variant: String,
+    /// Which setting is wrong, and how.
+    pub reason: String,
+}
+
+impl Variant {
+    /// The whole training, `base` but for what differs; of nested settings only those that are named.
+    pub fn training(&self, base: &TrainingSpec) -> Result<TrainingSpec, VariantError> {
+        let failed = |reason: String| VariantError { variant: self.name.clone(), reason };
+        let mut whole = serde_json::to_value(base).map_err(|error| failed(error.to_string()))?;
+        merge(&mut whole, &Value::Object(self.model.clone()));
+        let spec: TrainingSpec = serde_json::from_value(whole).map_err(|error| failed(error.to_string()))?;
+        spec.validate().map_err(|report| failed(report.to_string()))?;
+        Ok(spec)
+    }
+}
+
+fn merge(into: &mut Value, from: &Value) {
+    match (into, from) {
+        (Value::Object(into), Value::Object(from)) => {
+            for (key, value) in from {
+                merge(into.entry(key.clone()).or_insert(Value::Null), value);
+            }
+        }
+        (into, from) => *into = from.clone(),
+    }
+}
+
+fn differ(variants: &[Variant], _: &()) -> garde::Result {
+    let mut names = BTreeSet::new();
+    match variants.iter().find(|variant| !names.insert(&variant.name)) {
+        Some(twice) => Err(garde::Error::new(format!("{:?} is there twice", twice.name))),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_file::parse;
+    use std::path::Path;
+    use vantage_learn::Objective;
+
+    const GOOD: &str = "version: 1\nname: models\npurpose: To show it.\nscene: s.yaml\nseeds: 3\nvariants:\n\
+        - { name: a, note: the base }\n\
+        - { name: b, note: another, instances: 5, model: { objective: viewpoint_predictive, predictive: { source: 0 } } }\n";
+
+    #[test]
+    fn variants_differ_from_the_base_where_they_say_so() {
+        let study: StudyFile = parse(GOOD, Path::new("x")).unwrap();
+        let base = TrainingSpec { steps: 7, ..TrainingSpec::default() };
+        assert_eq!(study.variants[0].training(&base).unwrap(), base);
+        let other = study.variants[1].training(&base).unwrap();
+        assert_eq!((other.objective, other.steps), (Objective::ViewpointPredictive, 7));
+        assert_eq!(other.predictive.source, 0.0);
+        assert_eq!(other.predictive.pairs, base.predictive.pairs);
+    }
+
+    #[test]
+    fn wrong_settings_and_doubled_names_are_refused() {
+        let study: StudyFile = parse(&GOOD.replace("source", "sauce"), Path::new("x")).unwrap();
+        let error = study.variants[1].training(&TrainingSpec::default()).unwrap_err().to_string();
+        assert!(error.contains("variant b") && error.contains("sauce"), "{error}");
+        let study: StudyFile = parse(&GOOD.replace("source: 0", "source: 2"), Path::new("x")).unwrap();
+        let error = study.variants[1].training(&TrainingSpec::default()).unwrap_err().to_string();
+        assert!(error.contains("source"), "{error}");
+        let twice = parse::<StudyFile>(&GOOD.replace("name: b", "name: a"), Path::new("x")).unwrap_err();
+        assert!(twice.to_string().contains("twice"), "{twice}");
+    }
+}
