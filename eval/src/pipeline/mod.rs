@@ -20,7 +20,9 @@ pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
-pub use unseen::{LATENTS, PIXELS, Unseen, UnseenTrial, unseen};
+pub use unseen::{
+    LATENTS, Likelihood, MEAN_VIEW, PIXELS, TABLES, Unseen, UnseenTable, UnseenTrial, steady_latents, unseen,
+};
 pub use views::views;
 
 use crate::cli::RendererChoice;
