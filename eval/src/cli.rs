@@ -25,6 +25,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Writes crops, detections, odometry and truth as files.
     Dataset(DatasetArgs),
+    /// Draws what a model makes of objects it has not seen: t-SNE of latents, predicted views, likely viewpoints.
+    Figures(FiguresArgs),
     /// Reads BigBIRD or Active Vision data into our own layout.
     Import(ImportArgs),
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
@@ -88,6 +90,26 @@ pub struct DatasetArgs {
     /// Which of the disjoint sets of instances the objects are drawn from.
     #[arg(long, value_enum, default_value_t)]
     pub split: SplitChoice,
+}
+
+/// `bench figures SCENE --out DIR`: a model as pictures.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct FiguresArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE", default_value = "scenes/tabletop.yaml")]
+    pub scene: PathBuf,
+    /// Folder that gets the pictures.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// Folder of a trained model, in place of the one that comes with the scene.
+    #[arg(long, value_name = "DIR")]
+    pub model: Option<PathBuf>,
 }
 
 /// `bench import LAYOUT DIR --out DIR`: real data in our own layout.

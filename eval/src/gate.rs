@@ -155,7 +155,7 @@ fn cells(table: &str, old: Option<&Summary>, new: Option<&Summary>) -> Vec<Compa
                 row: (table.to_owned(), cell.method.clone()),
                 metric: cell.metric,
                 quantity,
-                movement: movement(cell.metric, baseline, fresh, old.is_some(), tolerance),
+                movement: movement(cell.metric, quantity, baseline, fresh, old.is_some(), tolerance),
                 baseline,
                 fresh,
                 tolerance,
@@ -175,12 +175,14 @@ fn floor(metric: Metric) -> f64 {
     match metric.unit() {
         Unit::Meter => 0.001,
         Unit::Radian => 0.1f64.to_radians(),
+        Unit::Decibel => 0.1,
         Unit::Ratio => 0.01,
     }
 }
 
 fn movement(
     metric: Metric,
+    quantity: Quantity,
     baseline: Option<Mean>,
     fresh: Option<Mean>,
     known: bool,
@@ -192,9 +194,16 @@ fn movement(
         (None, _) if !known => return Movement::New,
         (None, _) => return Movement::Improved,
     };
+    let rise = fresh.mean - baseline.mean;
     let gain = match metric.better() {
-        Better::Lower => baseline.mean - fresh.mean,
-        Better::Higher => fresh.mean - baseline.mean,
+        Better::Lower => -rise,
+        Better::Higher => rise,
+        // A gain if it moved nearer to its target, by as much as it moved.
+        Better::Near(target) if quantity == Quantity::Mean => {
+            rise.abs().copysign((baseline.mean - target).abs() - (fresh.mean - target).abs())
+        }
+        // A difference to another method says nothing of the target: any change is one to look at.
+        Better::Near(_) => -rise.abs(),
     };
     if gain < -tolerance || fresh.n < baseline.n {
         Movement::Regressed

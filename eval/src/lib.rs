@@ -6,13 +6,14 @@
 //! interval and its paired difference to a reference method; an undefined number is `None`, never 0 and never NaN.
 //!
 //! - [`score`]: estimate x truth -> number
-//! - [`statistics`], [`table`], [`results`], [`manifest`]: numbers -> a result with its origin
+//! - [`statistics`], [`distribution`], [`table`], [`results`], [`manifest`]: numbers -> a result with its origin
 //! - [`render`], [`figure`], [`report`]: result -> text, pictures, files
 //! - [`gate`]: result x committed result -> verdict
 //! - [`scene_file`], [`cli`], [`run`], [`exit`]: the `bench` command
 
 pub mod cli;
 pub mod command;
+pub mod distribution;
 pub mod exit;
 pub mod figure;
 pub mod gate;

@@ -42,6 +42,58 @@ pub enum Metric {
     ViewpointMedian,
     /// Share of azimuth errors under 15 degrees.
     ViewpointRight,
+    /// Recall@5 where the matches have to come from another lighting session.
+    RecallAt5AcrossLight,
+    /// Silhouette of the true instances: [`crate::score::silhouette::silhouette`].
+    Silhouette,
+    /// Share of views under other light whose most likely known instance is the right one:
+    /// [`crate::score::instance_posterior::instance_posterior`].
+    InstanceRight,
+    /// Mean probability of the right known instance.
+    InstanceProbability,
+    /// Share of embeddings that HDBSCAN puts in no cluster: [`crate::score::density::density_clusters`].
+    Noise,
+    /// By how much the number of clusters that HDBSCAN finds is off, over the number of instances.
+    ClusterCount,
+    /// Class accuracy by the nearest of one tagged image a class: [`crate::score::grounding::ground`].
+    NearestOf1,
+    /// By the nearest of two.
+    NearestOf2,
+    /// By the nearest of five.
+    NearestOf5,
+    /// By the nearest of ten.
+    NearestOf10,
+    /// Class accuracy by Gaussians about the mean of two tagged images a class.
+    GaussianOf2,
+    /// Of five.
+    GaussianOf5,
+    /// Of ten.
+    GaussianOf10,
+    /// PSNR of a view by the latent of that view alone: [`crate::score::psnr::psnr`].
+    Psnr,
+    /// PSNR of a view by the latent of views of other sessions.
+    PsnrHeldOut,
+    /// Median of the deviation that the likelihood promises of the azimuth:
+    /// [`crate::score::azimuth_information::promised_deviation`].
+    ViewpointPromised,
+    /// Share of azimuth errors within 1.96 promised deviations.
+    ViewpointInside,
+    /// Share of residuals inside the region of 50% of the Student t: [`crate::score::calibration::calibration`].
+    Inside50,
+    /// Inside that of 80%.
+    Inside80,
+    /// Inside that of 95%.
+    Inside95,
+    /// Share of residuals inside the region of 50% of the Gaussian of the same covariance.
+    GaussianInside50,
+    /// Inside that of 95%.
+    GaussianInside95,
+    /// Share of single whitened numbers inside their interval of 95%.
+    NumberInside95,
+    /// Of the whitened number for which that share is farthest from 95%.
+    WorstNumberInside95,
+    /// Variance of the squared whitened norm over that of the law.
+    SquaredNormVariance,
 }
 
 /// What a metric is measured in.
@@ -51,22 +103,26 @@ pub enum Unit {
     Meter,
     /// Radians in files, degrees in tables.
     Radian,
+    /// Decibels.
+    Decibel,
     /// A share or index without unit.
     Ratio,
 }
 
 /// Which way a metric is better.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Better {
     /// Errors.
     Lower,
     /// Shares of right answers.
     Higher,
+    /// Shares that a law says: the nearer, the better.
+    Near(f64),
 }
 
 impl Metric {
-    /// All metrics, in the order of their columns.
-    pub const ALL: [Metric; 18] = [
+    /// All metrics, in the order of their declaration.
+    pub const ALL: [Metric; 43] = [
         Metric::Ate,
         Metric::AteUmeyama,
         Metric::RpeTranslation,
@@ -85,73 +141,112 @@ impl Metric {
         Metric::RecallAt5,
         Metric::ViewpointMedian,
         Metric::ViewpointRight,
+        Metric::RecallAt5AcrossLight,
+        Metric::Silhouette,
+        Metric::InstanceRight,
+        Metric::InstanceProbability,
+        Metric::Noise,
+        Metric::ClusterCount,
+        Metric::NearestOf1,
+        Metric::NearestOf2,
+        Metric::NearestOf5,
+        Metric::NearestOf10,
+        Metric::GaussianOf2,
+        Metric::GaussianOf5,
+        Metric::GaussianOf10,
+        Metric::Psnr,
+        Metric::PsnrHeldOut,
+        Metric::ViewpointPromised,
+        Metric::ViewpointInside,
+        Metric::Inside50,
+        Metric::Inside80,
+        Metric::Inside95,
+        Metric::GaussianInside50,
+        Metric::GaussianInside95,
+        Metric::NumberInside95,
+        Metric::WorstNumberInside95,
+        Metric::SquaredNormVariance,
     ];
+
+    /// Its name in tables, that in files, its unit, and which way it is better.
+    fn facts(self) -> (&'static str, &'static str, Unit, Better) {
+        use Better::{Higher, Lower, Near};
+        use Unit::{Decibel, Meter, Radian, Ratio};
+        match self {
+            Metric::Ate => ("ATE", "ate_m", Meter, Lower),
+            Metric::AteUmeyama => ("ATE (Umeyama)", "ate_umeyama_m", Meter, Lower),
+            Metric::RpeTranslation => ("RPE transl.", "rpe_translation_m", Meter, Lower),
+            Metric::RpeRotation => ("RPE rot.", "rpe_rotation_rad", Radian, Lower),
+            Metric::Heading => ("Heading", "heading_rad", Radian, Lower),
+            Metric::ObjectCenter => ("Object centre", "object_center_m", Meter, Lower),
+            Metric::ObjectOrientation => ("Object orient.", "object_orientation_rad", Radian, Lower),
+            Metric::Ari => ("ARI", "ari", Ratio, Higher),
+            Metric::Nmi => ("NMI", "nmi", Ratio, Higher),
+            Metric::VMeasure => ("V-measure", "v_measure", Ratio, Higher),
+            Metric::Homogeneity => ("Homogeneity", "homogeneity", Ratio, Higher),
+            Metric::Completeness => ("Completeness", "completeness", Ratio, Higher),
+            Metric::Purity => ("Purity", "purity", Ratio, Higher),
+            Metric::RecallAt1 => ("Recall@1", "recall_at_1", Ratio, Higher),
+            Metric::RecallAt1AcrossLight => {
+                ("Recall@1, other light", "recall_at_1_other_light", Ratio, Higher)
+            }
+            Metric::RecallAt5 => ("Recall@5", "recall_at_5", Ratio, Higher),
+            Metric::ViewpointMedian => ("Viewpoint median", "viewpoint_median_rad", Radian, Lower),
+            Metric::ViewpointRight => ("Viewpoint < 15 deg", "viewpoint_right", Ratio, Higher),
+            Metric::RecallAt5AcrossLight => {
+                ("Recall@5, other light", "recall_at_5_other_light", Ratio, Higher)
+            }
+            Metric::Silhouette => ("Silhouette", "silhouette", Ratio, Higher),
+            Metric::InstanceRight => ("Instance right", "instance_right", Ratio, Higher),
+            Metric::InstanceProbability => ("P(instance)", "instance_probability", Ratio, Higher),
+            Metric::Noise => ("Noise", "noise", Ratio, Lower),
+            Metric::ClusterCount => ("Clusters off by", "cluster_count_error", Ratio, Lower),
+            Metric::NearestOf1 => ("NN, 1 tag", "class_nearest_of_1", Ratio, Higher),
+            Metric::NearestOf2 => ("NN, 2 tags", "class_nearest_of_2", Ratio, Higher),
+            Metric::NearestOf5 => ("NN, 5 tags", "class_nearest_of_5", Ratio, Higher),
+            Metric::NearestOf10 => ("NN, 10 tags", "class_nearest_of_10", Ratio, Higher),
+            Metric::GaussianOf2 => ("Gaussian, 2 tags", "class_gaussian_of_2", Ratio, Higher),
+            Metric::GaussianOf5 => ("Gaussian, 5 tags", "class_gaussian_of_5", Ratio, Higher),
+            Metric::GaussianOf10 => ("Gaussian, 10 tags", "class_gaussian_of_10", Ratio, Higher),
+            Metric::Psnr => ("PSNR, own view", "psnr_db", Decibel, Higher),
+            Metric::PsnrHeldOut => ("PSNR, held out", "psnr_held_out_db", Decibel, Higher),
+            Metric::ViewpointPromised => ("Promised deviation", "viewpoint_promised_rad", Radian, Lower),
+            Metric::ViewpointInside => ("Error < 1.96 promised", "viewpoint_inside", Ratio, Near(0.95)),
+            Metric::Inside50 => ("In 50%", "residual_inside_50", Ratio, Near(0.5)),
+            Metric::Inside80 => ("In 80%", "residual_inside_80", Ratio, Near(0.8)),
+            Metric::Inside95 => ("In 95%", "residual_inside_95", Ratio, Near(0.95)),
+            Metric::GaussianInside50 => ("Gaussian: in 50%", "residual_gaussian_inside_50", Ratio, Near(0.5)),
+            Metric::GaussianInside95 => {
+                ("Gaussian: in 95%", "residual_gaussian_inside_95", Ratio, Near(0.95))
+            }
+            Metric::NumberInside95 => ("Number in 95%", "residual_number_inside_95", Ratio, Near(0.95)),
+            Metric::WorstNumberInside95 => {
+                ("Worst number in 95%", "residual_worst_number_inside_95", Ratio, Near(0.95))
+            }
+            Metric::SquaredNormVariance => {
+                ("Var of norm^2 / law", "residual_squared_norm_variance", Ratio, Near(1.0))
+            }
+        }
+    }
 
     /// Its name in a table's head, without unit.
     pub fn label(self) -> &'static str {
-        match self {
-            Metric::Ate => "ATE",
-            Metric::AteUmeyama => "ATE (Umeyama)",
-            Metric::RpeTranslation => "RPE transl.",
-            Metric::RpeRotation => "RPE rot.",
-            Metric::Heading => "Heading",
-            Metric::ObjectCenter => "Object centre",
-            Metric::ObjectOrientation => "Object orient.",
-            Metric::Ari => "ARI",
-            Metric::Nmi => "NMI",
-            Metric::VMeasure => "V-measure",
-            Metric::Homogeneity => "Homogeneity",
-            Metric::Completeness => "Completeness",
-            Metric::Purity => "Purity",
-            Metric::RecallAt1 => "Recall@1",
-            Metric::RecallAt1AcrossLight => "Recall@1, other light",
-            Metric::RecallAt5 => "Recall@5",
-            Metric::ViewpointMedian => "Viewpoint median",
-            Metric::ViewpointRight => "Viewpoint < 15 deg",
-        }
+        self.facts().0
     }
 
     /// Its name in a CSV head, with the unit of the file.
     pub fn column(self) -> &'static str {
-        match self {
-            Metric::Ate => "ate_m",
-            Metric::AteUmeyama => "ate_umeyama_m",
-            Metric::RpeTranslation => "rpe_translation_m",
-            Metric::RpeRotation => "rpe_rotation_rad",
-            Metric::Heading => "heading_rad",
-            Metric::ObjectCenter => "object_center_m",
-            Metric::ObjectOrientation => "object_orientation_rad",
-            Metric::Ari => "ari",
-            Metric::Nmi => "nmi",
-            Metric::VMeasure => "v_measure",
-            Metric::Homogeneity => "homogeneity",
-            Metric::Completeness => "completeness",
-            Metric::Purity => "purity",
-            Metric::RecallAt1 => "recall_at_1",
-            Metric::RecallAt1AcrossLight => "recall_at_1_other_light",
-            Metric::RecallAt5 => "recall_at_5",
-            Metric::ViewpointMedian => "viewpoint_median_rad",
-            Metric::ViewpointRight => "viewpoint_right",
-        }
+        self.facts().1
     }
 
     /// Its unit.
     pub fn unit(self) -> Unit {
-        match self {
-            Metric::Ate | Metric::AteUmeyama | Metric::RpeTranslation | Metric::ObjectCenter => Unit::Meter,
-            Metric::RpeRotation | Metric::Heading | Metric::ObjectOrientation | Metric::ViewpointMedian => {
-                Unit::Radian
-            }
-            _ => Unit::Ratio,
-        }
+        self.facts().2
     }
 
     /// Which way it is better.
     pub fn better(self) -> Better {
-        match self.unit() {
-            Unit::Meter | Unit::Radian => Better::Lower,
-            Unit::Ratio => Better::Higher,
-        }
+        self.facts().3
     }
 
     /// Its name and the unit that tables print, e.g. `Heading [deg]`.
@@ -159,15 +254,17 @@ impl Metric {
         match self.unit() {
             Unit::Meter => format!("{} [m]", self.label()),
             Unit::Radian => format!("{} [deg]", self.label()),
+            Unit::Decibel => format!("{} [dB]", self.label()),
             Unit::Ratio => self.label().to_owned(),
         }
     }
 
-    /// A value as tables print it: metres to 0.1 mm, degrees to 0.001, shares to 0.001.
+    /// A value as tables print it: metres to 0.1 mm, degrees to 0.001, decibels to 0.01, shares to 0.001.
     pub fn display(self, value: f64) -> String {
         let (value, digits) = match self.unit() {
             Unit::Meter => (value, 4),
             Unit::Radian => (value.to_degrees(), 3),
+            Unit::Decibel => (value, 2),
             Unit::Ratio => (value, 3),
         };
         let text = format!("{value:.digits$}");
@@ -189,6 +286,7 @@ mod tests {
             let suffix = match metric.unit() {
                 Unit::Meter => "_m",
                 Unit::Radian => "_rad",
+                Unit::Decibel => "_db",
                 Unit::Ratio => "",
             };
             assert!(metric.column().ends_with(suffix), "{metric:?}");

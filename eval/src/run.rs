@@ -12,6 +12,7 @@ pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         None => command::bench(&cli.run, stdout),
         Some(Command::Check(args)) => command::check(args, stdout),
         Some(Command::Dataset(args)) => command::dataset(args, stdout),
+        Some(Command::Figures(args)) => command::figures(args, stdout),
         Some(Command::Import(args)) => command::import(args, stdout),
         Some(Command::Look(args)) => command::look(args, stdout),
         #[cfg(feature = "train")]

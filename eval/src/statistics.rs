@@ -1,5 +1,6 @@
 //! Means with 95% intervals over seeds.
 
+use crate::distribution::incomplete_beta;
 use serde::{Deserialize, Serialize};
 
 /// A mean over seeds with its interval.
@@ -64,41 +65,7 @@ pub fn student_t_975(degrees_of_freedom: usize) -> f64 {
 
 /// `P(T > t)` for `t > 0`: half the regularized incomplete beta function `I_x(v/2, 1/2)`, `x = v / (v + t^2)`.
 fn upper_tail(t: f64, v: f64) -> f64 {
-    let x = v / (v + t * t);
-    let (a, b) = (v / 2.0, 0.5);
-    let log_front =
-        libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b) + a * libm::log(x) + b * libm::log1p(-x);
-    let front = libm::exp(log_front);
-    let beta = if x < (a + 1.0) / (a + b + 2.0) {
-        front * beta_fraction(a, b, x) / a
-    } else {
-        1.0 - front * beta_fraction(b, a, 1.0 - x) / b
-    };
-    beta / 2.0
-}
-
-/// The continued fraction of the incomplete beta function (Abramowitz and Stegun 26.5.8), by Lentz's method.
-fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
-    const TINY: f64 = 1e-300;
-    let keep = |value: f64| if value.abs() < TINY { TINY } else { value };
-    let mut c = 1.0;
-    let mut d = 1.0 / keep(1.0 - (a + b) * x / (a + 1.0));
-    let mut fraction = d;
-    for step in 1..=300 {
-        let m = f64::from(step);
-        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-        d = 1.0 / keep(1.0 + even * d);
-        c = keep(1.0 + even / c);
-        fraction *= d * c;
-        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-        d = 1.0 / keep(1.0 + odd * d);
-        c = keep(1.0 + odd / c);
-        fraction *= d * c;
-        if (d * c - 1.0).abs() < 1e-15 {
-            break;
-        }
-    }
-    fraction
+    incomplete_beta(v / 2.0, 0.5, v / (v + t * t)) / 2.0
 }
 
 #[cfg(test)]

@@ -32,3 +32,20 @@ fn a_regression_ends_with_10_and_a_table() {
     moved.expect(10, &[]);
     assert!(moved.stdout.contains("REGRESSED"), "{}", moved.stdout);
 }
+
+#[test]
+fn a_baseline_from_before_a_table_was_there_is_read_and_what_is_new_is_said() {
+    let scene = SmallScene::new(&[]);
+    scene.run().expect(0, &[]);
+    let path = scene.path("out/small/results.json");
+    let mut results: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&path).expect("results")).expect("JSON");
+    let tables = results["tables"].as_array_mut().expect("tables");
+    tables.retain(|table| table["name"] == "trajectory" || table["name"] == "latents");
+    assert_eq!(tables.len(), 2);
+    fs::write(&path, results.to_string()).expect("an old baseline");
+    let checked = check(&scene);
+    checked.expect(10, &[]);
+    assert!(checked.stdout.starts_with("0 regressed, 0 improved, "), "{}", checked.stdout);
+    assert!(checked.stdout.contains("new: not in the baseline") && checked.stdout.contains("grounding"));
+}

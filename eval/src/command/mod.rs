@@ -2,6 +2,7 @@
 
 mod check;
 mod dataset;
+mod figures;
 mod import;
 mod look;
 mod pictures;
@@ -14,6 +15,7 @@ mod train;
 
 pub use check::check;
 pub use dataset::dataset;
+pub use figures::figures;
 pub use import::import;
 pub use look::look;
 pub use score::bench;

@@ -46,7 +46,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     manifest.options = serde_json::to_value(stages)?;
     let mut clock = Clock { manifest: &mut manifest, start: Instant::now() };
 
-    let loaded = model(&pipeline, chosen_model(&pipeline, stages).as_deref())?;
+    let loaded = model(&pipeline, chosen_model(&pipeline, stages.train, stages.model.as_deref()).as_deref())?;
     clock.stage("model");
     let episodes = episodes(&pipeline, &seeds, Split::Test)?;
     clock.stage("episodes");
@@ -92,10 +92,10 @@ pub(super) fn renderer(pipeline: &Pipeline) -> Renderer {
     }
 }
 
-/// The folder of the model to load, or `None` to train one.
-fn chosen_model(pipeline: &Pipeline, stages: &StageArgs) -> Option<PathBuf> {
+/// The folder of the model to load, the named one before the scene's own; `None` to train one.
+pub(super) fn chosen_model(pipeline: &Pipeline, train: bool, named: Option<&Path>) -> Option<PathBuf> {
     let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
-    if stages.train { None } else { stages.model.clone().or_else(committed) }
+    if train { None } else { named.map(Path::to_owned).or_else(committed) }
 }
 
 fn dataset_hash(episodes: &[(Seed, Result<EpisodeFolder, String>)]) -> String {

@@ -2,7 +2,7 @@
 
 use crate::exit::BenchError;
 use crate::metric::Metric;
-use crate::pipeline::{Answer, LATENTS, LoadedModel, PIXELS, SeedEpisode, Unseen};
+use crate::pipeline::{Answer, LoadedModel, SeedEpisode, TABLES, Unseen};
 use crate::score::ate::{ate, ate_umeyama};
 use crate::score::heading::heading_error;
 use crate::score::object::object_errors;
@@ -23,19 +23,9 @@ const TRAJECTORY: [Metric; 7] = [
     Metric::ObjectCenter,
     Metric::ObjectOrientation,
 ];
-const LATENT: [Metric; 7] = [
-    Metric::Ari,
-    Metric::Nmi,
-    Metric::VMeasure,
-    Metric::RecallAt1,
-    Metric::RecallAt1AcrossLight,
-    Metric::ViewpointMedian,
-    Metric::ViewpointRight,
-];
-
 /// The tables, and what they are of.
 pub struct Tables {
-    /// `trajectory` and `latents`.
+    /// `trajectory`, and those of unseen instances.
     pub tables: Vec<Table>,
     /// Detections in all episodes.
     pub detections: usize,
@@ -69,9 +59,12 @@ pub fn tables(
     let methods: Vec<&str> = rows.iter().map(|row| row.name()).collect();
     let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
     let trajectory = Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?;
-    let of_latents = unseen.iter().flat_map(|seed| seed.runs.clone()).collect();
-    let latents = Table::new("latents", &[LATENTS, PIXELS], Some(PIXELS), &LATENT, seeds, of_latents)?;
-    Ok(Tables { tables: vec![trajectory, latents], detections })
+    let mut tables = vec![trajectory];
+    for table in &TABLES {
+        let of = |seed: &Unseen| seed.runs.get(table.name).cloned().unwrap_or_default();
+        tables.push(table.of(seeds, unseen.iter().flat_map(of).collect())?);
+    }
+    Ok(Tables { tables, detections })
 }
 
 fn run(seed: Seed, answer: &Answer, truth: Option<&Truth>) -> Result<Run, BenchError> {

@@ -1,6 +1,7 @@
 //! `likelihood.svg`: how well the model knows a viewpoint: mean log-likelihood against the azimuth's offset from truth.
 
-use super::{FigureError, color};
+use super::FigureError;
+use super::palette::color;
 use plotters::prelude::*;
 
 const FIGURE: &str = "likelihood";

@@ -1,11 +1,17 @@
 //! Figures: SVG without fonts of its own, and PNG.
 
+pub mod canvas;
 pub mod contact_sheet;
+pub mod crop_table;
+pub mod embedding_map;
+pub mod image_grid;
 pub mod likelihood;
+pub mod palette;
 pub mod scene_sheet;
 pub mod trajectory;
+pub mod tsne;
+pub mod viewpoint_map;
 
-use plotters::style::RGBColor;
 use thiserror::Error;
 
 /// Why a figure was not drawn.
@@ -33,19 +39,4 @@ pub enum FigureError {
         /// What it said.
         reason: String,
     },
-}
-
-/// Colours that the colour-blind tell apart (Okabe and Ito), without the black that is the truth's.
-const PALETTE: [RGBColor; 7] = [
-    RGBColor(230, 159, 0),
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(148, 128, 0),
-];
-
-fn color(index: usize) -> RGBColor {
-    PALETTE[index % PALETTE.len()]
 }

@@ -1,6 +1,7 @@
 //! `trajectory.svg`: the world from above, with the true path, every estimate, and the objects.
 
-use super::{FigureError, color};
+use super::FigureError;
+use super::palette::color;
 use plotters::prelude::*;
 use vantage_dataset::Pose;
 

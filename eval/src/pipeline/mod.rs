@@ -24,7 +24,9 @@ pub use observation_model::TractModel;
 pub use study::{StudyViews, study_views, variant_models, variant_scores};
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
-pub use unseen::{LATENTS, PIXELS, Unseen, UnseenTrial, unseen};
+pub use unseen::{
+    LATENTS, Likelihood, MEAN_VIEW, PIXELS, TABLES, Unseen, UnseenTable, UnseenTrial, steady_latents, unseen,
+};
 pub use views::views;
 
 use crate::cli::RendererChoice;

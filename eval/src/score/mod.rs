@@ -2,13 +2,21 @@
 
 pub mod align;
 pub mod ate;
+pub mod azimuth_information;
+pub mod calibration;
 pub mod clustering;
+pub mod density;
+pub mod embedding;
+pub mod grounding;
 pub mod heading;
+pub mod instance_posterior;
 pub mod object;
 pub mod pairs;
 pub mod pca;
+pub mod psnr;
 pub mod retrieval;
 pub mod rpe;
+pub mod silhouette;
 pub mod viewpoint;
 pub mod ward;
 

@@ -1,0 +1,110 @@
+//! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
+
+mod decoder;
+mod latents;
+mod likelihood;
+mod tables;
+
+pub use latents::steady_latents;
+pub use likelihood::Likelihood;
+pub use tables::{LATENTS, MEAN_VIEW, PIXELS, TABLES, UnseenTable};
+
+use super::{LoadedModel, Pipeline, code, views};
+use crate::exit::BenchError;
+use crate::output::OutputError;
+use crate::score::embedding::{Labels, Scores, score_embeddings};
+use crate::score::viewpoint::ViewpointTrial;
+use crate::table::Run;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use vantage_dataset::store::Key;
+use vantage_dataset::{Seed, Split, Symmetry, ViewSet};
+use vantage_learn::{LatentGaussian, ViewpointModel};
+
+const FILE: &str = "unseen.json";
+
+/// Scores on the unseen instances of one seed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Unseen {
+    /// Rows of each of [`TABLES`], by its name.
+    pub runs: BTreeMap<String, Vec<Run>>,
+    /// Viewpoints found by the decoder.
+    pub trials: Vec<UnseenTrial>,
+    /// Offset from the true azimuth, radians, and the mean over the asymmetric queries of the log-likelihood there,
+    /// nats relative to that at the true azimuth.
+    pub likelihood: Vec<(f64, f64)>,
+}
+
+/// One viewpoint query.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnseenTrial {
+    family: String,
+    symmetry: Symmetry,
+    azimuth: f64,
+    found: Option<f64>,
+}
+
+impl From<UnseenTrial> for ViewpointTrial {
+    fn from(trial: UnseenTrial) -> Self {
+        let UnseenTrial { family, symmetry, azimuth, found } = trial;
+        Self { family, symmetry, azimuth, found }
+    }
+}
+
+/// The scores of all seeds. Each seed has instances of its own, all of the test split.
+pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Result<Vec<Unseen>, BenchError> {
+    let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
+    let sets = seeds
+        .iter()
+        .map(|&seed| {
+            let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
+            rendered.advance(1);
+            model.check_unseen(set.instances.iter().map(|instance| instance.id))?;
+            Ok((seed, set, seal))
+        })
+        .collect::<Result<Vec<_>, BenchError>>()?;
+    drop(rendered);
+    let stage = pipeline.progress.stage("unseen instances", seeds.len() as u64);
+    let (cache, note) = (&pipeline.cache, &pipeline.progress);
+    sets.par_iter()
+        .map(|(seed, set, seal)| {
+            let key = Key::new("unseen", &(code::ANSWERED, seal, &model.hash))?;
+            let entry = super::stored(cache, note, &key, |work| {
+                let json = serde_json::to_vec(&score(*seed, set, model.model.inner())?)?;
+                let path = work.join(FILE);
+                std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
+                Ok(())
+            })?;
+            let path = entry.folder.join(FILE);
+            let invalid = |reason: String| BenchError::StoredAnswers { path: path.clone(), reason };
+            let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
+            stage.advance(1);
+            serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))
+        })
+        .collect()
+}
+
+fn score(seed: Seed, set: &ViewSet, model: &ViewpointModel) -> Result<Unseen, BenchError> {
+    let factors: Vec<LatentGaussian> =
+        set.views.iter().map(|view| model.encode(&view.crop, &view.viewpoint)).collect::<Result<_, _>>()?;
+    let decoded = decoder::decode(set, &factors, model)?;
+    let labels = Labels::of(set);
+    let latents = score_embeddings(&latents::steady_latents(&factors, model.latent()), &labels, seed);
+    let pixels = score_embeddings(&latents::pixels(set), &labels, seed);
+
+    let mut given = latents.given;
+    given.extend(&decoded.model);
+    let rows: [(&UnseenTable, &[(&str, &Scores)]); 6] = [
+        (&tables::OF_LATENTS, &[(LATENTS, &given), (PIXELS, &pixels.given)]),
+        (&tables::OF_INSTANCES, &[(LATENTS, &given), (PIXELS, &pixels.given)]),
+        (&tables::OF_DENSITY, &[(LATENTS, &latents.density), (PIXELS, &pixels.density)]),
+        (&tables::OF_GROUNDING, &[(LATENTS, &latents.grounding), (PIXELS, &pixels.grounding)]),
+        (&tables::OF_DECODER, &[(LATENTS, &decoded.model), (MEAN_VIEW, &decoded.mean_view)]),
+        (&tables::OF_CALIBRATION, &[(LATENTS, &decoded.model)]),
+    ];
+    let runs = rows.iter().map(|(table, methods)| (table.name.to_owned(), table.rows(seed, methods)));
+    Ok(Unseen { runs: runs.collect(), trials: decoded.trials, likelihood: decoded.likelihood })
+}

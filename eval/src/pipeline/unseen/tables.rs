@@ -1,0 +1,139 @@
+//! The tables of scores on unseen instances: which metrics of which methods stand together.
+
+use crate::metric::Metric;
+use crate::score::embedding::Scores;
+use crate::table::{Outcome, Run, Table, TableError};
+use vantage_dataset::Seed;
+
+/// Name of the latents' row.
+pub const LATENTS: &str = "viewpoint_dependent";
+/// Name of the floor's row.
+pub const PIXELS: &str = "pixels_pca64";
+/// Name of the row of predicting always the same: the mean of what is known of the instance.
+pub const MEAN_VIEW: &str = "mean_view";
+
+/// One table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnseenTable {
+    /// Its name.
+    pub name: &'static str,
+    methods: &'static [&'static str],
+    reference: Option<&'static str>,
+    metrics: &'static [Metric],
+}
+
+/// Clusters of single views with their number given, neighbours, viewpoints.
+pub(super) const OF_LATENTS: UnseenTable = UnseenTable {
+    name: "latents",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::Ari,
+        Metric::Nmi,
+        Metric::VMeasure,
+        Metric::RecallAt1,
+        Metric::RecallAt1AcrossLight,
+        Metric::ViewpointMedian,
+        Metric::ViewpointRight,
+    ],
+};
+/// More of the same.
+pub(super) const OF_INSTANCES: UnseenTable = UnseenTable {
+    name: "instances",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::Homogeneity,
+        Metric::Completeness,
+        Metric::Purity,
+        Metric::Silhouette,
+        Metric::RecallAt5,
+        Metric::RecallAt5AcrossLight,
+        Metric::InstanceRight,
+        Metric::InstanceProbability,
+    ],
+};
+/// Clusters whose number is found.
+pub(super) const OF_DENSITY: UnseenTable = UnseenTable {
+    name: "density",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::Ari,
+        Metric::VMeasure,
+        Metric::Homogeneity,
+        Metric::Completeness,
+        Metric::Purity,
+        Metric::Noise,
+        Metric::ClusterCount,
+    ],
+};
+/// Classes from a few tags.
+pub(super) const OF_GROUNDING: UnseenTable = UnseenTable {
+    name: "grounding",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::NearestOf1,
+        Metric::NearestOf2,
+        Metric::NearestOf5,
+        Metric::NearestOf10,
+        Metric::GaussianOf2,
+        Metric::GaussianOf5,
+        Metric::GaussianOf10,
+    ],
+};
+/// Images and azimuths from the decoder.
+pub(super) const OF_DECODER: UnseenTable = UnseenTable {
+    name: "decoder",
+    methods: &[LATENTS, MEAN_VIEW],
+    reference: Some(MEAN_VIEW),
+    metrics: &[
+        Metric::Psnr,
+        Metric::PsnrHeldOut,
+        Metric::ViewpointMedian,
+        Metric::ViewpointPromised,
+        Metric::ViewpointInside,
+    ],
+};
+/// Residuals against the law that the model claims for them.
+pub(super) const OF_CALIBRATION: UnseenTable = UnseenTable {
+    name: "calibration",
+    methods: &[LATENTS],
+    reference: None,
+    metrics: &[
+        Metric::Inside50,
+        Metric::Inside80,
+        Metric::Inside95,
+        Metric::GaussianInside50,
+        Metric::GaussianInside95,
+        Metric::NumberInside95,
+        Metric::WorstNumberInside95,
+        Metric::SquaredNormVariance,
+    ],
+};
+
+/// All of them, as they are printed.
+pub const TABLES: [UnseenTable; 6] =
+    [OF_LATENTS, OF_INSTANCES, OF_DENSITY, OF_GROUNDING, OF_DECODER, OF_CALIBRATION];
+
+impl UnseenTable {
+    /// The rows of one seed, with those of each method's scores that the table shows.
+    pub(super) fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
+        let shown = |scores: &Scores| {
+            scores.iter().filter(|(m, _)| self.metrics.contains(m)).map(|(&m, &v)| (m, v)).collect()
+        };
+        let row = |(method, scores): &(&str, &Scores)| Run {
+            method: (*method).to_owned(),
+            seed,
+            outcome: Outcome::Done,
+            scores: shown(scores),
+        };
+        methods.iter().map(row).collect()
+    }
+
+    /// The table of the rows of all seeds.
+    pub fn of(&self, seeds: &[Seed], runs: Vec<Run>) -> Result<Table, TableError> {
+        Table::new(self.name, self.methods, self.reference, self.metrics, seeds, runs)
+    }
+}

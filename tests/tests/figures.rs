@@ -1,0 +1,47 @@
+//! `bench figures`: the pictures of a model, the same bytes every time.
+
+use std::path::Path;
+use vantage_tests::{Finished, SmallScene, bench};
+
+const PICTURES: [&str; 4] = ["latents.svg", "latents.png", "predictions.png", "viewpoints.png"];
+
+fn figures(scene: &SmallScene, out: &Path, threads: &str) -> Finished {
+    let mut command = bench();
+    command.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]).arg(out);
+    command.arg("--cache").arg(scene.path("cache")).env("RAYON_NUM_THREADS", threads);
+    Finished::of(&mut command)
+}
+
+#[test]
+fn a_model_becomes_pictures_and_the_same_ones_on_any_number_of_threads() {
+    let scene = SmallScene::new(&[]);
+    let read = |folder: &Path| PICTURES.map(|name| std::fs::read(folder.join(name)).expect(name));
+    let (one, two) = (scene.path("one"), scene.path("two"));
+    let finished = figures(&scene, &one, "1");
+    finished.expect(0, &[]);
+    assert_eq!(finished.stdout.lines().count(), PICTURES.len());
+    figures(&scene, &two, "2").expect(0, &[]);
+    let pictures = read(&one);
+    assert_eq!(pictures, read(&two));
+
+    // One circle a view at least: 4 instances of up to 8, with their names below.
+    let svg = String::from_utf8(pictures[0].clone()).expect("text");
+    let circles = svg.matches("<circle").count();
+    assert!((20..=4 * 8 + 4).contains(&circles), "{circles}");
+    assert!(["mug 1", "duck 1", "carton 1", "teapot 1"].iter().all(|name| svg.contains(name)));
+    for png in &pictures[1..] {
+        let picture = image::load_from_memory(png).expect("a PNG").to_rgb8();
+        let ink = picture.pixels().filter(|pixel| pixel.0 != [255; 3]).count();
+        assert!(ink > picture.pixels().len() / 20, "an empty picture");
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_and_a_missing_model_are_told_of() {
+    let scene = SmallScene::new(&[]);
+    figures(&scene, &scene.path("scene.yaml/out"), "1").expect(6, &["scene.yaml"]);
+    let mut command = bench();
+    command.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--model", "none"]);
+    command.arg("--out").arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+    Finished::of(&mut command).expect(5, &["none"]);
+}
