@@ -13,6 +13,7 @@ use super::run::{Step, scalar};
 use super::views::{Views, table};
 use crate::architecture::Architecture;
 use crate::spec::{Objective, Pairs, TrainingSpec};
+use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams};
 use burn::tensor::{Device, Int, Tensor, TensorData};
 use rayon::prelude::*;
@@ -115,7 +116,8 @@ pub(crate) struct Bound<'a> {
 
 /// The negative bound of the random batch of a step, a view.
 pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4> {
-    let networks: Vec<Autoencoder> = (0..PARTS).map(|_| network.clone()).collect();
+    // Forked, as burn works on the graphs of one parameter one after the other.
+    let networks: Vec<Autoencoder> = (0..PARTS).map(|_| network.clone().fork(bound.device)).collect();
     let parts: Vec<Step<4>> = networks
         .into_par_iter()
         .enumerate()
