@@ -1,11 +1,16 @@
 //! What a renderer draws: a mesh with its texture.
 
+mod hull;
 mod simpler;
 
 use crate::mesh::Mesh;
 use crate::texture::Texture;
+pub(crate) use hull::Hull;
 use simpler::Simpler;
 use std::sync::OnceLock;
+
+/// Meshes of files have more triangles than this, and levels of detail save what they cost however seldom they are drawn.
+const MANY_TRIANGLES: usize = 4000;
 
 /// A textured mesh.
 #[derive(Clone, Debug)]
@@ -14,14 +19,20 @@ pub struct Model {
     pub mesh: Mesh,
     /// Albedo.
     pub texture: Texture,
-    /// Made of the mesh when first asked for; coarser from one to the next.
+    hull: Hull,
+    /// Coarser from one to the next.
     simpler: OnceLock<Vec<Simpler>>,
 }
 
 impl Model {
     /// A mesh and the texture that its coordinates refer to.
     pub fn new(mesh: Mesh, texture: Texture) -> Self {
-        Self { mesh, texture, simpler: OnceLock::new() }
+        Self { hull: Hull::around(&mesh.positions), mesh, texture, simpler: OnceLock::new() }
+    }
+
+    /// Makes levels of detail even of a small mesh: of use to a model that is drawn hundreds of times, before it is drawn first.
+    pub fn simplify(&self) {
+        self.simpler.get_or_init(|| simpler::all(&self.mesh));
     }
 
     /// The coarsest level of detail that deviates from the mesh by at most so many metres; 0 is the mesh itself.
@@ -42,8 +53,14 @@ impl Model {
         self.simpler().len()
     }
 
+    pub(crate) fn hull(&self) -> &Hull {
+        &self.hull
+    }
+
     fn simpler(&self) -> &[Simpler] {
-        self.simpler.get_or_init(|| simpler::all(&self.mesh))
+        self.simpler.get_or_init(|| {
+            if self.mesh.triangles.len() < MANY_TRIANGLES { Vec::new() } else { simpler::all(&self.mesh) }
+        })
     }
 }
 

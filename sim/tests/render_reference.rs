@@ -55,7 +55,7 @@ fn pictures_are_the_same_bits_on_any_machine() {
     // Re-mint only with a line in the changelog that says why pictures changed.
     assert_eq!(
         hasher.finalize().to_hex().as_str(),
-        "81b852c811c7cb9b73c103a2f98f957a9224fc457247f8ccb9c252bdddef97fc"
+        "2004808d6a6e164b149d5bdcfa4dad1a819d4dd461fee9ba8a82bf568219585f"
     );
 }
 
@@ -78,7 +78,7 @@ fn objects_are_the_same_bits_on_any_machine() {
     // Re-mint only with a line in the changelog that says why pictures changed.
     assert_eq!(
         hasher.finalize().to_hex().as_str(),
-        "abc4391d4fd3ad26bcdf49b269f51efbb51f2e9d4bbc9fe9d891f868fab5cb92"
+        "7beb3516ca4b98e853cc8c7231dd4e76cf3df1ec6f2df81c05d536808a7503d8"
     );
 }
 

@@ -4,9 +4,6 @@ use crate::mesh::Mesh;
 use meshoptimizer_rs::{Attributes, Limits, Positions, SimplifyOptions, SimplifySettings, Workspace};
 use meshoptimizer_rs::{simplify_scale, simplify_with_attributes};
 
-/// Meshes of files have more triangles than this, and levels of detail save what they cost; those of families have fewer,
-/// and are drawn in full.
-const MANY_TRIANGLES: usize = 4000;
 /// A mesh with fewer triangles is not made simpler.
 const FEW_TRIANGLES: usize = 64;
 /// Each level has this share of the triangles of the one before, or the levels end.
@@ -31,9 +28,6 @@ pub(super) struct Simpler {
 pub(super) fn all(mesh: &Mesh) -> Vec<Simpler> {
     let mut levels: Vec<Simpler> = Vec::new();
     let mut triangles = mesh.triangles.len();
-    if triangles < MANY_TRIANGLES {
-        return levels;
-    }
     while triangles >= FEW_TRIANGLES && levels.len() < MOST_LEVELS {
         let wanted = (triangles as f64 * SHARE) as usize;
         // A mesh that the simplifier refuses, such as one that is not finite, stays as it is.

@@ -4,8 +4,9 @@
 //! plain-Rust [`mod@reference`] rasterizer that gives the same bits on any CPU and is the oracle of the other.
 //!
 //! Both draw the same picture: triangles counter-clockwise on the image, nearest first (earlier placement on a tie), from
-//! [`NEAR`] to infinity; albedo filtered trilinearly in sRGB encoding with repeating coordinates; `n . l` interpolated from
-//! the corners; sums in linear light; one sample at each pixel's centre.
+//! [`NEAR`] to infinity; albedo filtered bilinearly, in sRGB encoding with repeating coordinates, at the mip level whose
+//! texels are nearest in size to the pixel's footprint; `n . l` interpolated from the corners; sums in linear light; one
+//! sample at each pixel's centre.
 
 mod bounds;
 pub mod choice;

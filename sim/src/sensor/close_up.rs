@@ -1,7 +1,7 @@
 //! Detections of single objects without whole images: each from a tile that the object fills, as training views are.
 
 use crate::error::SimError;
-use crate::render::{RenderScene, Renderer, Shot, Tile, TileShot};
+use crate::render::{NO_OBJECT, RenderScene, Renderer, Shot, Tile, TileShot};
 use crate::scene::SensorSpec;
 use crate::sensor::detector::Target;
 use crate::sensor::{bounds, fault, image};
@@ -27,7 +27,8 @@ pub struct Setting {
 }
 
 /// Reports the one target at each of so many steps at which enough of it is seen; it has the id 1 in every setting. Boxes are as
-/// exact as tiles are, to a 64th of their side. An image's border hides nothing, and there are no detections of nothing.
+/// exact as tiles are, to a 64th of their side. What lies beyond the image's border is neither seen nor in a crop, and there are no
+/// detections of nothing.
 pub fn detect(
     spec: &SensorSpec,
     target: &Target,
@@ -64,6 +65,26 @@ fn tile_of<'a>(target: &Target, setting: &'a Setting) -> TileShot<'a> {
     }
 }
 
+/// Blackens what lies beyond the image's border.
+fn cut_off(shot: &TileShot<'_>, tile: &mut Tile) {
+    let side = tile.side as usize;
+    let inside = |axis: usize, pixel: usize, pixels: u32| {
+        let place = shot.center[axis] + ((pixel as f64 + 0.5) / side as f64 - 0.5) * shot.side;
+        (0.0..f64::from(pixels)).contains(&place)
+    };
+    let columns: Vec<bool> = (0..side).map(|column| inside(0, column, shot.shot.camera.width)).collect();
+    let rows = tile.rgb.chunks_exact_mut(3 * side).zip(tile.ids.chunks_exact_mut(side));
+    for (row, (rgb, ids)) in rows.enumerate() {
+        let row_inside = inside(1, row, shot.shot.camera.height);
+        for ((pixel, id), column_inside) in rgb.chunks_exact_mut(3).zip(ids).zip(&columns) {
+            if !(row_inside && *column_inside) {
+                pixel.fill(0);
+                *id = NO_OBJECT;
+            }
+        }
+    }
+}
+
 fn report(
     spec: &SensorSpec,
     step: usize,
@@ -72,6 +93,7 @@ fn report(
     seed: Seed,
 ) -> Option<(Detection, DetectionTruth)> {
     let detector = &spec.detector;
+    cut_off(shot, &mut tile);
     let mask = Mask::of(&tile.ids, TILE_SIDE as usize, TARGET.0)?;
     let scale = shot.side / f64::from(TILE_SIDE);
     let visible_fraction = (f64::from(mask.pixels) / f64::from(tile.amodal_pixels)).min(1.0);
@@ -102,4 +124,44 @@ fn report(
         boxed_crop: cut(&drawn, &window, None),
     };
     Some((detection, DetectionTruth { visible_fraction }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::Light;
+    use nalgebra::Vector3;
+    use vantage_dataset::{Camera, Pose};
+
+    #[test]
+    fn the_border_of_the_image_hides_what_is_beyond() {
+        let light = Light { direction: Vector3::z(), ambient: [1.0; 3], diffuse: [0.0; 3] };
+        let scene = RenderScene { placements: Vec::new(), light, background: [0; 3] };
+        let shot =
+            Shot { camera: Camera::with_horizontal_fov(160, 120, 1.0), world_from_camera: Pose::identity() };
+        let cases = [
+            ([80.0, 60.0], 64.0, [0, 0], [64, 64]),
+            ([0.0, 60.0], 64.0, [32, 0], [64, 64]),
+            ([160.0, 120.0], 128.0, [0, 0], [32, 32]),
+            ([8.0, -8.0], 64.0, [24, 40], [64, 64]),
+        ];
+        for (center, side, min, max) in cases {
+            let shot = TileShot { scene: &scene, shot, center, side, target: TARGET.0 };
+            let pixels = (TILE_SIDE * TILE_SIDE) as usize;
+            let mut tile = Tile {
+                side: TILE_SIDE,
+                rgb: vec![200; 3 * pixels],
+                ids: vec![TARGET.0; pixels],
+                amodal_pixels: pixels as u32,
+            };
+            cut_off(&shot, &mut tile);
+            for (i, id) in tile.ids.iter().enumerate() {
+                let (row, column) = (i / TILE_SIDE as usize, i % TILE_SIDE as usize);
+                let seen = (min[0]..max[0]).contains(&column) && (min[1]..max[1]).contains(&row);
+                assert_eq!(*id == TARGET.0, seen, "({column}, {row}) around {center:?}");
+                assert_eq!(tile.rgb[3 * i] == 200, seen, "({column}, {row}) around {center:?}");
+            }
+            assert_eq!(tile.amodal_pixels, pixels as u32);
+        }
+    }
 }

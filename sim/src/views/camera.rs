@@ -40,7 +40,7 @@ pub fn draw(spec: &ViewsSpec, camera: &Camera, size: f64, stream: &mut Stream) -
 /// `None` where no such camera can see it there.
 fn aim(ray: &Vector3<f64>, direction: &Vector3<f64>) -> Option<UnitQuaternion<f64>> {
     let ray = ray.normalize();
-    let upright = ray.y.hypot(ray.z);
+    let upright = libm::hypot(ray.y, ray.z);
     if direction.z.abs() > upright {
         return None;
     }

@@ -126,14 +126,17 @@ fn blocks(piece: &PieceSpec) -> Vec<Block> {
             legs.chain([top]).collect()
         }
         PieceSpec::Shelves { boards, open_to, .. } => {
+            let inside = |side: Side, edge: f64| if side == *open_to { edge } else { edge - BOARD };
+            let along_x = [-inside(Side::West, x), inside(Side::East, x)];
+            let along_y = [-inside(Side::South, y), inside(Side::North, y)];
             let walls = [
                 (Side::East, block(at, [x - BOARD, x], [-y, y], [0.0, height])),
-                (Side::North, block(at, [-x, x], [y - BOARD, y], [0.0, height])),
+                (Side::North, block(at, along_x, [y - BOARD, y], [0.0, height])),
                 (Side::West, block(at, [-x, BOARD - x], [-y, y], [0.0, height])),
-                (Side::South, block(at, [-x, x], [-y, BOARD - y], [0.0, height])),
+                (Side::South, block(at, along_x, [-y, BOARD - y], [0.0, height])),
             ];
             let closed = walls.into_iter().filter(|(side, _)| side != open_to).map(|(_, wall)| wall);
-            let boards = boards.iter().map(|top| block(at, [-x, x], [-y, y], [top - BOARD, *top]));
+            let boards = boards.iter().map(|top| block(at, along_x, along_y, [top - BOARD, *top]));
             closed.chain(boards).collect()
         }
     }

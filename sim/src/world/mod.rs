@@ -45,6 +45,7 @@ impl World {
     ) -> Result<Self, SimError> {
         let spec = scene.world();
         let objects = draw_objects(scene, split, seed)?;
+        objects.par_iter().for_each(|object| object.model.simplify());
         let mut furnishing = spec.surface.furnish(scene.robot(), objects.len());
         furnishing.fixtures = scene.fixtures().to_vec();
         let stands = &furnishing.stands;

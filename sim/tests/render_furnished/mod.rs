@@ -42,6 +42,8 @@ pub fn scene() -> RenderScene {
         let mut stream = seed.stream("benchmark/layout", i as u64);
         let family = Family::ALL[i % Family::ALL.len()];
         let object = Object::generate(family, Split::Train, seed, (i / Family::ALL.len()) as u64);
+        // As a world does.
+        object.model.simplify();
         let mut place = |index: usize, count: usize| {
             SPACING * ((index as f64 - (count - 1) as f64 / 2.0) + stream.uniform(-0.1, 0.1))
         };

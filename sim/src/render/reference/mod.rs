@@ -1,7 +1,7 @@
 //! A plain-Rust rasterizer: the same bits on any CPU.
 //!
 //! Coverage is decided in integers (1/256 pixel, top-left rule), texels are filtered in integers, and what is left is
-//! IEEE addition, multiplication, division and square root in a fixed order; transfer curves come from tables that the
+//! IEEE addition, multiplication, division and square root in a fixed order; the transfer curve comes from a table that the
 //! portable `libm` fills. Triangles write only their depth and number; each pixel is then shaded once.
 
 mod canvas;
@@ -12,7 +12,7 @@ mod tables;
 mod view;
 mod widest;
 
-use super::bounds::Bounds;
+use super::bounds::Frustum;
 use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
@@ -26,7 +26,6 @@ const BAND: usize = 16;
 /// The reference renderer.
 #[derive(Debug, Default)]
 pub struct ReferenceRenderer {
-    bounds: Bounds,
     canvas: Canvas,
 }
 
@@ -44,13 +43,12 @@ impl Renderer for ReferenceRenderer {
 
     fn frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
         shot.check()?;
-        self.bounds.learn(&scene.placements);
         let (width, height) = (shot.camera.width, shot.camera.height);
-        let Self { bounds, canvas } = self;
+        let canvas = &mut self.canvas;
         canvas.clear(width, height);
         widest(
             #[inline(always)]
-            || draw(canvas, bounds, scene, shot, |_| true),
+            || draw(canvas, &Frustum::of(shot), scene, shot, |_| true),
         );
         let pixels = canvas.nearest().len();
         let (mut rgb, mut ids, mut depth) = (vec![0; 3 * pixels], vec![NO_OBJECT; pixels], vec![0.0; pixels]);
@@ -75,15 +73,13 @@ impl Renderer for ReferenceRenderer {
     fn tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
         for shot in shots {
             shot.window(side).check()?;
-            self.bounds.learn(&shot.scene.placements);
         }
-        let bounds = &self.bounds;
         Ok(shots
             .par_iter()
             .map_init(Canvas::default, |canvas, shot| {
                 widest(
                     #[inline(always)]
-                    || tile(canvas, bounds, shot, side),
+                    || tile(canvas, shot, side),
                 )
             })
             .collect())
@@ -91,12 +87,13 @@ impl Renderer for ReferenceRenderer {
 }
 
 #[inline(always)]
-fn tile(canvas: &mut Canvas, bounds: &Bounds, shot: &TileShot<'_>, side: u32) -> Tile {
+fn tile(canvas: &mut Canvas, shot: &TileShot<'_>, side: u32) -> Tile {
     let window = shot.window(side);
+    let frustum = Frustum::of(&window);
     canvas.clear(side, side);
-    draw(canvas, bounds, shot.scene, &window, |id| id == shot.target);
+    draw(canvas, &frustum, shot.scene, &window, |id| id == shot.target);
     let amodal_pixels = canvas.covered();
-    draw(canvas, bounds, shot.scene, &window, |id| id != shot.target);
+    draw(canvas, &frustum, shot.scene, &window, |id| id != shot.target);
     let pixels = (side * side) as usize;
     let (mut rgb, mut ids) = (vec![0; 3 * pixels], vec![NO_OBJECT; pixels]);
     shade(canvas, shot.scene, 0, (canvas.nearest(), canvas.inverse_depth()), (&mut rgb, &mut ids));
@@ -106,7 +103,7 @@ fn tile(canvas: &mut Canvas, bounds: &Bounds, shot: &TileShot<'_>, side: u32) ->
 #[inline(always)]
 fn draw(
     canvas: &mut Canvas,
-    bounds: &Bounds,
+    frustum: &Frustum<'_>,
     scene: &RenderScene,
     shot: &Shot,
     wanted: impl Fn(u32) -> bool,
@@ -115,7 +112,7 @@ fn draw(
         if !wanted(placement.id) {
             continue;
         }
-        if let Some(level) = bounds.level(placement, shot) {
+        if let Some(level) = frustum.level(placement) {
             let view = View::new(shot, placement, &scene.light);
             canvas.draw(&view, placement.model.mesh_at(level), index as u32);
         }

@@ -1,14 +1,14 @@
-//! Colour of each pixel: trilinear albedo times light.
+//! Colour of each pixel: filtered albedo under light.
 //!
 //! Pixels are shaded in batches, step by step, so that the compiler can do several at once.
 
 use super::super::{Light, NO_OBJECT, RenderScene};
 use super::canvas::NO_FACET;
 use super::raster::Facet;
-use super::tables::{LEVEL_STEPS, TABLES, Tables, round_small};
+use super::tables::{TABLES, TOE, Tables, round_small};
 use std::ops::Range;
 
-/// Steps of a texel, and of a mip level.
+/// Steps of a texel.
 const STEPS: i32 = 256;
 
 /// Pixels of a row that are shaded together.
@@ -40,35 +40,19 @@ struct Planes {
     per_row: [Lanes<f32>; 2],
     /// Changes of 1 over depth along the row and a column.
     nearness: [Lanes<f32>; 2],
-    /// Of the texture, and its coarsest level.
-    side: Lanes<i32>,
+    /// Coarsest level of the texture.
     coarsest: Lanes<i32>,
-}
-
-/// Where a texture is sampled.
-#[derive(Debug)]
-struct Place {
-    /// In [`STEPS`] of the finest level's texels.
-    x: [i32; BATCH],
-    /// Likewise.
-    y: [i32; BATCH],
-    /// Square of the pixel's extent, texels of the finest level.
-    footprint: [f32; BATCH],
-    /// Level in [`STEPS`], not clamped.
-    detail: [i32; BATCH],
 }
 
 /// What is sampled.
 #[derive(Debug)]
 struct Taps {
     level: [i32; BATCH],
-    /// Of the coarser level, in [`STEPS`].
-    fraction: [u32; BATCH],
-    /// Of the finer level and the coarser one: indices of the top left, top right, bottom left and bottom right texel.
-    indices: [[[u32; BATCH]; 4]; 2],
+    /// Of the top left, top right, bottom left and bottom right texel in their level.
+    indices: [[u32; BATCH]; 4],
     /// Likewise, in [`STEPS`].
-    weights: [[[u32; BATCH]; 4]; 2],
-    texels: [[[u32; BATCH]; 4]; 2],
+    weights: [[u32; BATCH]; 4],
+    texels: [[u32; BATCH]; 4],
     incidence: [f32; BATCH],
 }
 
@@ -98,15 +82,16 @@ impl<'a> Shader<'a> {
         for ((first, (nearest, inverse_depth)), (rgb, ids)) in (0..).step_by(BATCH).zip(inputs).zip(outputs) {
             batch.inverse_depth[..nearest.len()].copy_from_slice(inverse_depth);
             let drawn = self.planes(&mut batch.planes, facets, [first, row], nearest, ids);
-            if drawn {
-                batch.locate(self.tables);
-                self.fetch(&mut batch.taps, facets, nearest);
-                batch.filter();
-                self.light(batch);
+            if !drawn {
+                rgb.fill(self.scene.background);
+                continue;
             }
-            for (i, pixel) in rgb.iter_mut().enumerate() {
-                let shaded = std::array::from_fn(|channel| self.tables.encoded(batch.encoded[channel][i]));
-                *pixel = if nearest[i] == NO_FACET { self.scene.background } else { shaded };
+            batch.locate();
+            self.fetch(&mut batch.taps, facets, nearest);
+            self.light(batch);
+            for ((pixel, &shaded), &facet) in rgb.iter_mut().zip(&batch.rgb).zip(nearest) {
+                let [r, g, b, _] = shaded.to_le_bytes();
+                *pixel = if facet == NO_FACET { self.scene.background } else { [r, g, b] };
             }
         }
     }
@@ -132,7 +117,7 @@ impl<'a> Shader<'a> {
             let placement = &self.scene.placements[facet.placement as usize];
             ids[columns.clone()].fill(placement.id);
             let rows = facet.varyings.map(|varying| varying.row(row - facet.top));
-            let side = placement.model.texture.side() as i32;
+            let coarsest = placement.model.texture.side().ilog2() as i32;
             for start in columns.step_by(STRIDE) {
                 let span = start..start + STRIDE;
                 for (i, column) in planes.column[span.clone()].iter_mut().enumerate() {
@@ -147,8 +132,7 @@ impl<'a> Shader<'a> {
                 }
                 planes.nearness[0][span.clone()].fill(facet.inverse_depth.per_column);
                 planes.nearness[1][span.clone()].fill(facet.inverse_depth.per_row);
-                planes.side[span.clone()].fill(side);
-                planes.coarsest[span].fill(side.ilog2() as i32);
+                planes.coarsest[span].fill(coarsest);
             }
         }
         drawn
@@ -160,33 +144,42 @@ impl<'a> Shader<'a> {
             let placement = facets[facet as usize].placement as usize;
             let levels = &self.scene.placements[placement].model.texture.levels;
             for i in columns {
-                let level = taps.level[i] as usize;
-                let fine = &levels[level];
+                let texels = &levels[taps.level[i] as usize];
                 for tap in 0..4 {
-                    taps.texels[0][tap][i] = u32::from_le_bytes(fine[taps.indices[0][tap][i] as usize]);
-                }
-                if taps.fraction[i] != 0 {
-                    let coarse = &levels[level + 1];
-                    for tap in 0..4 {
-                        taps.texels[1][tap][i] = u32::from_le_bytes(coarse[taps.indices[1][tap][i] as usize]);
-                    }
+                    taps.texels[tap][i] = u32::from_le_bytes(texels[taps.indices[tap][i] as usize]);
                 }
             }
         }
     }
 
+    /// Mixes the texels and lights them; see [`Tables::gain`].
     #[inline(always)]
     fn light(&self, batch: &mut Batch) {
+        // Red and blue go together, in 16 bits each.
+        const PAIR: u32 = 0x00ff_00ff;
+        const LEVEL: f32 = 1.0 / STEPS as f32;
         let Light { ambient, diffuse, .. } = &self.scene.light;
+        let Batch { taps, irradiance, gain, rgb, .. } = batch;
         for channel in 0..3 {
             for i in 0..BATCH {
-                batch.linear[i] = self.tables.linear(batch.albedo[channel][i]);
+                irradiance[channel][i] = ambient[channel] + diffuse[channel] * taps.incidence[i].max(0.0);
             }
             for i in 0..BATCH {
-                let incidence = batch.taps.incidence[i].max(0.0);
-                let linear = batch.linear[i] * (ambient[channel] + diffuse[channel] * incidence);
-                batch.encoded[channel][i] = Tables::encoding(linear);
+                gain[channel][i] = self.tables.gain(irradiance[channel][i]);
             }
+        }
+        for i in 0..BATCH {
+            let red_blue = |tap: usize| (taps.texels[tap][i] & PAIR) * taps.weights[tap][i];
+            let green = |tap: usize| ((taps.texels[tap][i] >> 8) & 0xff) * taps.weights[tap][i];
+            let red_blue = red_blue(0) + red_blue(1) + red_blue(2) + red_blue(3);
+            let green = green(0) + green(1) + green(2) + green(3);
+            let lit = |channel: usize, albedo: u32| {
+                let (albedo, irradiance) = (albedo as i32 as f32 * LEVEL, irradiance[channel][i]);
+                let (curve, line) = ((albedo + TOE) * gain[channel][i] - TOE, albedo * irradiance);
+                let (low, high) = if curve < line { (curve, line) } else { (line, curve) };
+                round_small(if irradiance > 1.0 { low } else { high }.clamp(0.0, 255.0)) as u32
+            };
+            rgb[i] = lit(0, red_blue & 0xffff) | lit(1, green) << 8 | lit(2, red_blue >> 16) << 16;
         }
     }
 }
@@ -196,16 +189,11 @@ impl<'a> Shader<'a> {
 pub(super) struct Batch {
     inverse_depth: [f32; BATCH],
     planes: Planes,
-    place: Place,
     taps: Taps,
-    /// Of the finer level and the coarser one, in [`STEPS`] of a level, 16 bits each.
-    red_blue: [[u32; BATCH]; 2],
-    green: [[u32; BATCH]; 2],
-    /// RGB in [`LEVEL_STEPS`] of a level.
-    albedo: [[u32; BATCH]; 3],
-    linear: [f32; BATCH],
-    /// RGB as indices of the encoding table.
-    encoded: [[u32; BATCH]; 3],
+    irradiance: [[f32; BATCH]; 3],
+    gain: [[f32; BATCH]; 3],
+    /// sRGB, a byte each, red lowest.
+    rgb: [u32; BATCH],
 }
 
 impl Default for Batch {
@@ -219,32 +207,27 @@ impl Default for Batch {
                 per_column: [zeros; 3],
                 per_row: [zeros; 2],
                 nearness: [zeros; 2],
-                side: [1; BATCH + STRIDE],
                 coarsest: [0; BATCH + STRIDE],
             },
-            place: Place { x: [0; BATCH], y: [0; BATCH], footprint: [0.0; BATCH], detail: [0; BATCH] },
             taps: Taps {
                 level: [0; BATCH],
-                fraction: [0; BATCH],
-                indices: [[[0; BATCH]; 4]; 2],
-                weights: [[[0; BATCH]; 4]; 2],
-                texels: [[[0; BATCH]; 4]; 2],
+                indices: [[0; BATCH]; 4],
+                weights: [[0; BATCH]; 4],
+                texels: [[0; BATCH]; 4],
                 incidence: [0.0; BATCH],
             },
-            red_blue: [[0; BATCH]; 2],
-            green: [[0; BATCH]; 2],
-            albedo: [[0; BATCH]; 3],
-            linear: [0.0; BATCH],
-            encoded: [[0; BATCH]; 3],
+            irradiance: [[0.0; BATCH]; 3],
+            gain: [[0.0; BATCH]; 3],
+            rgb: [0; BATCH],
         }
     }
 }
 
 impl Batch {
-    /// Where the texture is sampled: the coordinates, and the level of detail of the pixel's footprint.
+    /// Where the texture is sampled: the coordinates, in the level whose texels are nearest in size to the pixel's footprint.
     #[inline(always)]
-    fn locate(&mut self, tables: &Tables) {
-        let Self { planes, taps, place, .. } = self;
+    fn locate(&mut self) {
+        let Self { planes, taps, .. } = self;
         for i in 0..BATCH {
             let depth = 1.0 / self.inverse_depth[i];
             let column = planes.column[i] as f32;
@@ -259,80 +242,39 @@ impl Batch {
             };
             let along_row = squared(planes.per_column[0][i], planes.per_column[1][i], planes.nearness[0][i]);
             let along_column = squared(planes.per_row[0][i], planes.per_row[1][i], planes.nearness[1][i]);
-            let side = planes.side[i] as f32;
+            let coarsest = planes.coarsest[i];
+            let side = power_of_two(coarsest);
             let texels = depth * side;
-            place.footprint[i] =
+            // Square of the pixel's extent in texels of the finest level: between 2^(2l - 1) and 2^(2l + 1) at level l.
+            let footprint =
                 if along_row > along_column { along_row } else { along_column } * (texels * texels);
+            let exponent = (footprint.to_bits() >> 23) as i32 - 127;
+            let level = ((exponent + 1) >> 1).max(0).min(coarsest) & 31;
             let steps = side * STEPS as f32;
-            place.x[i] = round_small(u * steps);
-            place.y[i] = round_small(v * steps);
-        }
-        for i in 0..BATCH {
-            place.detail[i] = tables.half_log2(place.footprint[i]);
-        }
-        for i in 0..BATCH {
-            let detail = place.detail[i].clamp(0, planes.coarsest[i] * STEPS);
-            taps.level[i] = detail >> 8;
-            taps.fraction[i] = (detail & 255) as u32;
-        }
-        for which in 0..2 {
-            let (indices, weights) = (&mut taps.indices[which], &mut taps.weights[which]);
-            for i in 0..BATCH {
-                let coarsest = planes.coarsest[i];
-                let level = (taps.level[i] + which as i32).min(coarsest) & 31;
-                let (x, y) = (
-                    (place.x[i] >> level).wrapping_sub(STEPS / 2),
-                    (place.y[i] >> level).wrapping_sub(STEPS / 2),
-                );
-                let shift = (coarsest - level) & 31;
-                let last = (1 << shift) - 1;
-                let (left, right) = ((x >> 8) & last, ((x >> 8) + 1) & last);
-                let (top, bottom) = (((y >> 8) & last) << shift, (((y >> 8) + 1) & last) << shift);
-                let (fx, fy) = ((x & 255) as u32, (y & 255) as u32);
-                let both = (fx * fy) >> 8;
-                indices[0][i] = (top + left) as u32;
-                indices[1][i] = (top + right) as u32;
-                indices[2][i] = (bottom + left) as u32;
-                indices[3][i] = (bottom + right) as u32;
-                weights[0][i] = STEPS as u32 + both - fx - fy;
-                weights[1][i] = fx - both;
-                weights[2][i] = fy - both;
-                weights[3][i] = both;
-            }
+            let place = |coordinate: f32| (round_small(coordinate * steps) >> level).wrapping_sub(STEPS / 2);
+            let (x, y) = (place(u), place(v));
+            let shift = (coarsest - level) & 31;
+            let last = (1 << shift) - 1;
+            let (left, right) = ((x >> 8) & last, ((x >> 8) + 1) & last);
+            let (top, bottom) = (((y >> 8) & last) << shift, (((y >> 8) + 1) & last) << shift);
+            let (fx, fy) = ((x & 255) as u32, (y & 255) as u32);
+            let both = (fx * fy) >> 8;
+            taps.level[i] = level;
+            taps.indices[0][i] = (top + left) as u32;
+            taps.indices[1][i] = (top + right) as u32;
+            taps.indices[2][i] = (bottom + left) as u32;
+            taps.indices[3][i] = (bottom + right) as u32;
+            taps.weights[0][i] = STEPS as u32 + both - fx - fy;
+            taps.weights[1][i] = fx - both;
+            taps.weights[2][i] = fy - both;
+            taps.weights[3][i] = both;
         }
     }
+}
 
-    /// Mixes the texels.
-    #[inline(always)]
-    fn filter(&mut self) {
-        // Red and blue go together, in 16 bits each.
-        const PAIR: u32 = 0x00ff_00ff;
-        for which in 0..2 {
-            let (texels, weights) = (&self.taps.texels[which], &self.taps.weights[which]);
-            for i in 0..BATCH {
-                let red_blue = |tap: usize| (texels[tap][i] & PAIR) * weights[tap][i];
-                let green = |tap: usize| ((texels[tap][i] >> 8) & 0xff) * weights[tap][i];
-                self.red_blue[which][i] = red_blue(0) + red_blue(1) + red_blue(2) + red_blue(3);
-                self.green[which][i] = green(0) + green(1) + green(2) + green(3);
-            }
-        }
-        for i in 0..BATCH {
-            let fraction = self.taps.fraction[i];
-            let mixed = |fine: u32, coarse: u32| {
-                let rounded = |pair: u32| ((pair + 0x0080_0080) >> 8) & PAIR;
-                let mixed = rounded(fine) * (STEPS as u32 - fraction) + rounded(coarse) * fraction;
-                if fraction == 0 { fine } else { mixed }
-            };
-            let red_blue = mixed(self.red_blue[0][i], self.red_blue[1][i]);
-            let green = mixed(self.green[0][i], self.green[1][i]);
-            let levels = |steps: u32| {
-                (steps + STEPS as u32 / LEVEL_STEPS as u32 / 2) / (STEPS as u32 / LEVEL_STEPS as u32)
-            };
-            self.albedo[0][i] = levels(red_blue & 0xffff);
-            self.albedo[1][i] = levels(green);
-            self.albedo[2][i] = levels(red_blue >> 16);
-        }
-    }
+#[inline(always)]
+fn power_of_two(exponent: i32) -> f32 {
+    f32::from_bits(((exponent + 127) << 23) as u32)
 }
 
 /// The runs of a batch's pixels.

@@ -1,55 +1,44 @@
-//! Transfer curves as tables.
+//! Light on sRGB-encoded colours.
 
 use std::sync::LazyLock;
 
-/// Steps of an 8-bit level that are decoded apart.
-pub(super) const LEVEL_STEPS: usize = 4;
+/// The offset of the sRGB curve, levels.
+pub(super) const TOE: f32 = 0.055 * 255.0;
 
-const ENCODED: usize = 4096;
+/// Irradiances of one binary order that are told apart, as a power of two.
+const FRACTION_BITS: u32 = 8;
+/// Least irradiance that is not taken for darkness, 2^-12, and the binary orders from there on.
+const DARKEST: u32 = 127 - 12;
+const ORDERS: usize = 16;
+const GAINS: usize = ORDERS << FRACTION_BITS;
 
 /// Curves that a platform's mathematics would round differently elsewhere.
 #[derive(Debug)]
 pub(super) struct Tables {
-    /// Linear light of sRGB, in [`LEVEL_STEPS`] of a level; the end is never read.
-    linear: [f32; 256 * LEVEL_STEPS],
-    /// sRGB level of linear light.
-    encoded: [u8; ENCODED],
-    /// `256 log2(1 + (i + 1/2) / 256)`.
-    log2: [u16; 256],
+    gains: [f32; GAINS],
 }
 
 /// The tables.
-pub(super) static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
-    linear: std::array::from_fn(|i| decode(i as f64 / (255 * LEVEL_STEPS) as f64) as f32),
-    encoded: std::array::from_fn(|i| (encode(i as f64 / (ENCODED - 1) as f64) * 255.0 + 0.5) as u8),
-    log2: std::array::from_fn(|i| (libm::log2(1.0 + (i as f64 + 0.5) / 256.0) * 256.0 + 0.5) as u16),
+pub(super) static TABLES: LazyLock<Tables> = LazyLock::new(|| {
+    let middle = |i: usize| f32::from_bits((bits(i) + bits(i + 1)) / 2);
+    let gain = |i: usize| libm::pow(f64::from(middle(i)), 1.0 / 2.4) as f32;
+    Tables { gains: std::array::from_fn(|i| if i == 0 { 0.0 } else { gain(i) }) }
 });
 
+/// Of the least irradiance of an entry.
+fn bits(entry: usize) -> u32 {
+    (DARKEST << 23) + ((entry as u32) << (23 - FRACTION_BITS))
+}
+
 impl Tables {
-    /// Linear light of an sRGB-encoded value in [`LEVEL_STEPS`] of a level.
+    /// `irradiance^(1 / 2.4)`, by which light scales what lies on the curve of sRGB: IEC 61966-2-1 decodes the level `a` to
+    /// `((a + TOE) / (255 + TOE))^2.4` and encodes likewise, so that under an irradiance `e` it becomes
+    /// `(a + TOE) e^(1 / 2.4) - TOE`. Near black, where sRGB is a line, it becomes `a e`. Of the two the greater is right in dim
+    /// light, below 1, and the lesser in bright light.
     #[inline(always)]
-    pub fn linear(&self, encoded: u32) -> f32 {
-        self.linear[encoded as usize % (256 * LEVEL_STEPS)]
-    }
-
-    /// The index, for [`encoded`](Self::encoded), of linear light, clamped to `[0, 1]`.
-    #[inline(always)]
-    pub fn encoding(linear: f32) -> u32 {
-        round_small((linear * (ENCODED - 1) as f32).clamp(0.0, (ENCODED - 1) as f32)) as u32
-    }
-
-    /// An sRGB level.
-    #[inline(always)]
-    pub fn encoded(&self, encoding: u32) -> u8 {
-        self.encoded[encoding as usize % ENCODED]
-    }
-
-    /// `128 log2(x)` of a positive number.
-    #[inline(always)]
-    pub fn half_log2(&self, x: f32) -> i32 {
-        let bits = x.to_bits();
-        let exponent = ((bits >> 23) & 0xff) as i32 - 127;
-        ((exponent << 8) + i32::from(self.log2[((bits >> 15) & 0xff) as usize])) >> 1
+    pub fn gain(&self, irradiance: f32) -> f32 {
+        let entry = (irradiance.to_bits() as i32).wrapping_sub(bits(0) as i32) >> (23 - FRACTION_BITS);
+        self.gains[entry.clamp(0, GAINS as i32 - 1) as usize % GAINS]
     }
 }
 
@@ -61,42 +50,37 @@ pub(super) fn round_small(x: f32) -> i32 {
     ((x + SHIFT).to_bits() as i32).wrapping_sub(SHIFT.to_bits() as i32)
 }
 
-/// IEC 61966-2-1.
-fn decode(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
-}
-
-fn encode(linear: f64) -> f64 {
-    if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn decode(encoded: f64) -> f64 {
+        if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
+    }
+
+    fn encode(linear: f64) -> f64 {
+        if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
+    }
+
     #[test]
-    fn every_level_survives_decoding_and_encoding() {
-        for level in 0..=255_u8 {
-            let linear = TABLES.linear(u32::from(level) * LEVEL_STEPS as u32);
-            let back = TABLES.encoded(Tables::encoding(linear));
-            assert!(back.abs_diff(level) <= 1, "{level} -> {linear} -> {back}");
+    fn light_is_within_half_a_level_of_srgb() {
+        for step in 0..=400_u16 {
+            let irradiance = f32::from(step) / 100.0;
+            for level in 0..=255_u8 {
+                let level = f32::from(level);
+                let (curve, line) = ((level + TOE) * TABLES.gain(irradiance) - TOE, level * irradiance);
+                let got = if irradiance > 1.0 { curve.min(line) } else { curve.max(line) };
+                let expected = 255.0 * encode(decode(f64::from(level) / 255.0) * f64::from(irradiance));
+                let off = (f64::from(got).min(255.0) - expected.min(255.0)).abs();
+                assert!(off < 0.5, "level {level} under {irradiance}: {got}, expected {expected}");
+            }
         }
-        assert_eq!(TABLES.encoded(Tables::encoding(7.0)), 255);
     }
 
     #[test]
     fn small_numbers_round_to_the_nearest_integer() {
         for (x, rounded) in [(0.0, 0), (0.6, 1), (-0.6, -1), (4094.7, 4095), (-2_000_000.0, -2_000_000)] {
             assert_eq!(round_small(x), rounded);
-        }
-    }
-
-    #[test]
-    fn logarithm_is_within_a_step() {
-        for i in 0..1000 {
-            let x = 0.001 + 0.37 * f64::from(i);
-            let error = f64::from(TABLES.half_log2(x as f32)) - 128.0 * libm::log2(x);
-            assert!(error.abs() < 1.5, "{x}: {error}");
         }
     }
 }

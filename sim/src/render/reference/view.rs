@@ -10,7 +10,7 @@ pub(super) const SUBPIXELS: i32 = 256;
 /// Farthest pixel coordinate that the rasterizer's integers carry; what lies beyond is clipped.
 pub(super) const GUARD: f64 = 8192.0;
 
-/// Sides of the window on which a vertex lies outside.
+/// Sides of the window on which a vertex lies outside; unknown before the near plane and outside the guard band.
 pub(super) mod outside {
     pub const LEFT: u32 = 1;
     pub const RIGHT: u32 = 2;
@@ -42,8 +42,10 @@ const BATCH: usize = 8;
 pub(super) struct View {
     pixels_from_model: Matrix3x4<f64>,
     light_in_model: [f32; 3],
-    width: f64,
-    height: f64,
+    /// Subpixels.
+    width: i32,
+    /// Subpixels.
+    height: i32,
 }
 
 impl View {
@@ -51,8 +53,8 @@ impl View {
         Self {
             pixels_from_model: pixels_from_model(shot, placement),
             light_in_model: light_in_model(light, placement),
-            width: f64::from(shot.camera.width),
-            height: f64::from(shot.camera.height),
+            width: shot.camera.width as i32 * SUBPIXELS,
+            height: shot.camera.height as i32 * SUBPIXELS,
         }
     }
 
@@ -83,21 +85,17 @@ impl View {
     #[inline(always)]
     fn vertex(&self, position: [f32; 3]) -> Vertex {
         let [x, y, z] = self.homogeneous(position);
-        let bit = |condition: bool, bit: u32| if condition { bit } else { 0 };
         let inverse = 1.0 / z;
         let (column, row) = (x * inverse, y * inverse);
-        Vertex {
-            x: snap(column),
-            y: snap(row),
-            inverse_depth: inverse as f32,
-            outside: bit(x < 0.0, outside::LEFT)
-                | bit(x > self.width * z, outside::RIGHT)
-                | bit(y < 0.0, outside::TOP)
-                | bit(y > self.height * z, outside::BOTTOM)
-                | bit(z < NEAR, outside::NEAR)
-                | bit(column.abs() > GUARD, outside::GUARD)
-                | bit(row.abs() > GUARD, outside::GUARD),
-        }
+        let (x, y) = (snap(column), snap(row));
+        let bit = |condition: bool, bit: u32| if condition { bit } else { 0 };
+        let far = bit(z < NEAR, outside::NEAR) | bit(column.abs().max(row.abs()) > GUARD, outside::GUARD);
+        let beyond = |distance: i32, bit: u32| (distance >> 31) as u32 & bit;
+        let sides = beyond(x, outside::LEFT)
+            | beyond(self.width.wrapping_sub(x), outside::RIGHT)
+            | beyond(y, outside::TOP)
+            | beyond(self.height.wrapping_sub(y), outside::BOTTOM);
+        Vertex { x, y, inverse_depth: inverse as f32, outside: if far == 0 { sides } else { far } }
     }
 
     /// `n . l`.
@@ -108,10 +106,10 @@ impl View {
     }
 }
 
-/// The nearest subpixel, halves up.
+/// The nearest subpixel of a coordinate within [`GUARD`], and any for others: faster than a cast, which saturates.
 #[inline(always)]
 pub(super) fn snap(pixels: f64) -> i32 {
-    // Made positive, so that the cast, which truncates, takes the floor: f64::floor is a call on SSE2.
-    const ABOVE_ZERO: i32 = 2 * GUARD as i32 * SUBPIXELS;
-    ((pixels * f64::from(SUBPIXELS) + (f64::from(ABOVE_ZERO) + 0.5)) as i32).wrapping_sub(ABOVE_ZERO)
+    // A sum of this size keeps no fraction: its low bits are the integer.
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    (pixels * f64::from(SUBPIXELS) + SHIFT).to_bits() as i32
 }

@@ -1,6 +1,6 @@
 //! A renderer on any Vulkan driver, a GPU's or lavapipe.
 //!
-//! Filtering and transfer curves are computed in the shader as the [reference](super::reference) computes them, so that only
+//! Mip levels and transfer curves are computed in the shader as the [reference](super::reference) computes them, so that only
 //! rounding and pixels on edges may differ.
 
 mod albedo;
@@ -10,7 +10,7 @@ mod pipeline;
 mod residency;
 mod target;
 
-use super::bounds::Bounds;
+use super::bounds::Frustum;
 use super::{Frame, NEAR, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use device::Gpu;
 use painter::{Painter, Viewport};
@@ -19,8 +19,8 @@ use residency::Residency;
 use std::collections::BTreeMap;
 use target::{Pixels, Target};
 
-/// Side of the image that tiles are drawn into together, pixels.
-const ATLAS_SIDE: u32 = 1024;
+/// Side of the image that tiles are drawn into together, pixels: what a CPU keeps in its cache.
+const ATLAS_SIDE: u32 = 256;
 
 /// Sizes of targets that are kept.
 const TARGETS: usize = 8;
@@ -32,7 +32,6 @@ pub struct WgpuRenderer {
     pipelines: Pipelines,
     residency: Residency,
     targets: BTreeMap<(u32, u32), Target>,
-    bounds: Bounds,
 }
 
 impl WgpuRenderer {
@@ -42,7 +41,7 @@ impl WgpuRenderer {
         let pipelines = Pipelines::new(&gpu);
         let residency = Residency::new(&gpu, &pipelines);
         gpu.check()?;
-        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new(), bounds: Bounds::default() })
+        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new() })
     }
 
     /// Makes sure that a target of a size exists.
@@ -51,7 +50,7 @@ impl WgpuRenderer {
             if self.targets.len() == TARGETS {
                 self.targets.clear();
             }
-            self.targets.insert(size, Target::new(&self.gpu, size.0, size.1));
+            self.targets.insert(size, Target::new(&self.gpu, &self.pipelines, size.0, size.1));
         }
     }
 }
@@ -97,13 +96,13 @@ impl WgpuRenderer {
     }
 
     fn draw_frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
-        self.bounds.learn(&scene.placements);
         let (width, height) = (shot.camera.width, shot.camera.height);
         self.keep_target((width, height));
         let target = &self.targets[&(width, height)];
         let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target);
+        let frustum = Frustum::of(shot);
         for placement in &scene.placements {
-            if let Some(level) = self.bounds.level(placement, shot) {
+            if let Some(level) = frustum.level(placement) {
                 painter.draw([0, 0, width, height], shot, &scene.light, (placement, level), false)?;
             }
         }
@@ -112,9 +111,6 @@ impl WgpuRenderer {
     }
 
     fn draw_tiles(&mut self, shots: &[TileShot<'_>], side: u32) -> Result<Vec<Tile>, RenderError> {
-        for shot in shots {
-            self.bounds.learn(&shot.scene.placements);
-        }
         let columns = (ATLAS_SIDE / side.max(1)).max(1);
         let mut tiles = Vec::with_capacity(shots.len());
         let mut drawn: Option<Atlas<'_>> = None;
@@ -145,11 +141,12 @@ impl WgpuRenderer {
         for target_first in [true, false] {
             for (shot, viewport) in shots.iter().zip(viewports(size.0, side)) {
                 let window = shot.window(side);
+                let frustum = Frustum::of(&window);
                 for placement in &shot.scene.placements {
                     if (placement.id == shot.target) != target_first {
                         continue;
                     }
-                    if let Some(level) = self.bounds.level(placement, &window) {
+                    if let Some(level) = frustum.level(placement) {
                         let drawn = (placement, level);
                         painter.draw(viewport, &window, &shot.scene.light, drawn, target_first)?;
                     }

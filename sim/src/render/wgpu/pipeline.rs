@@ -11,12 +11,24 @@ pub(super) struct Item {
     /// Columns.
     pub clip_from_model: [[f32; 4]; 4],
     pub light_in_model: [f32; 3],
-    pub layer: u32,
-    pub ambient: [f32; 3],
+    /// Of the texture, texels.
+    pub side: f32,
+    /// Layer and batch, as bits of a surface.
+    pub texture: u32,
     pub id: u32,
-    pub diffuse: [f32; 3],
     /// Of the struct, and up to the alignment that uniforms need.
-    pub padding: [u32; 37],
+    pub padding: [u32; 42],
+}
+
+/// A part of a target that is shaded: the pixels of one batch.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Sheet {
+    /// Lower and upper corner, clip coordinates.
+    pub corners: [f32; 4],
+    pub ambient: [f32; 3],
+    pub diffuse: [f32; 3],
+    pub batch: u32,
 }
 
 /// Distance between items in their buffer, bytes.
@@ -39,6 +51,8 @@ pub(super) const ITEMS: usize = 8192;
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Ids.
 pub(super) const ID: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// What a pixel's surface is; see `describe` in `shade.wgsl`.
+pub(super) const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 /// `NEAR / depth`.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -49,6 +63,9 @@ pub(super) struct Pipelines {
     pub marking: wgpu::RenderPipeline,
     /// Leaves marks alone.
     pub plain: wgpu::RenderPipeline,
+    /// Turns surfaces into colours and ids.
+    pub shading: wgpu::RenderPipeline,
+    surface_layout: wgpu::BindGroupLayout,
     texture_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     /// With a dynamic offset in `items`.
@@ -73,16 +90,13 @@ impl Pipelines {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        let [texture_layout, item_layout] = layouts(device);
+        let [item_layout, surface_layout, texture_layout] = layouts(device);
         let shader = device.create_shader_module(wgpu::include_wgsl!("shade.wgsl"));
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("placements"),
-            bind_group_layouts: &[Some(&texture_layout), Some(&item_layout)],
-            immediate_size: 0,
-        });
         Self {
-            marking: pipeline(device, &layout, &shader, wgpu::ColorWrites::ALL),
-            plain: pipeline(device, &layout, &shader, wgpu::ColorWrites::COLOR),
+            marking: describing(device, &item_layout, &shader, wgpu::ColorWrites::ALL),
+            plain: describing(device, &item_layout, &shader, wgpu::ColorWrites::COLOR),
+            shading: shading(device, &[Some(&surface_layout), Some(&texture_layout)], &shader),
+            surface_layout,
             texture_layout,
             sampler,
             item: device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -101,7 +115,19 @@ impl Pipelines {
         }
     }
 
-    /// A group for [`Pipelines`] to sample an array of textures.
+    /// A group for [`shading`](Self::shading) to read surfaces.
+    pub fn bind_surfaces(&self, gpu: &Gpu, surfaces: &wgpu::Texture) -> wgpu::BindGroup {
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("surfaces"),
+            layout: &self.surface_layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&surfaces.create_view(&Default::default())),
+            }],
+        })
+    }
+
+    /// A group for [`shading`](Self::shading) to sample an array of textures.
     pub fn bind_textures(&self, gpu: &Gpu, array: &wgpu::Texture) -> wgpu::BindGroup {
         let array = array.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -119,44 +145,48 @@ impl Pipelines {
     }
 }
 
-/// Of the textures' group and the item's.
-fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+/// Of the item's group, the surfaces' and the textures'.
+fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-        view_dimension: wgpu::TextureViewDimension::D2Array,
+    let texture = |sample_type, view_dimension| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension,
         multisampled: false,
     };
+    let colors =
+        texture(wgpu::TextureSampleType::Float { filterable: true }, wgpu::TextureViewDimension::D2Array);
+    let surfaces = texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2);
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let item = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,
         has_dynamic_offset: true,
         min_binding_size: None,
     };
+    let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+    };
+    let fragment = wgpu::ShaderStages::FRAGMENT;
     [
-        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("textures"),
-            entries: &[
-                entry(0, wgpu::ShaderStages::FRAGMENT, texture),
-                entry(1, wgpu::ShaderStages::FRAGMENT, sampler),
-            ],
-        }),
-        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("item"),
-            entries: &[entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, item)],
-        }),
+        layout("item", &[entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, item)]),
+        layout("surfaces", &[entry(0, fragment, surfaces)]),
+        layout("textures", &[entry(0, fragment, colors), entry(1, fragment, sampler)]),
     ]
 }
 
-fn pipeline(
+fn describing(
     device: &wgpu::Device,
-    layout: &wgpu::PipelineLayout,
+    item: &wgpu::BindGroupLayout,
     shader: &wgpu::ShaderModule,
-    color_writes: wgpu::ColorWrites,
+    write_mask: wgpu::ColorWrites,
 ) -> wgpu::RenderPipeline {
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("describing"),
+        bind_group_layouts: &[Some(item)],
+        immediate_size: 0,
+    });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("placements"),
-        layout: Some(layout),
+        label: Some("describing"),
+        layout: Some(&layout),
         vertex: wgpu::VertexState {
             module: shader,
             entry_point: Some("project"),
@@ -182,12 +212,48 @@ fn pipeline(
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: shader,
+            entry_point: Some("describe"),
+            compilation_options: Default::default(),
+            targets: &[Some(wgpu::ColorTargetState { format: SURFACE, blend: None, write_mask })],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn shading(
+    device: &wgpu::Device,
+    layouts: &[Option<&wgpu::BindGroupLayout>],
+    shader: &wgpu::ShaderModule,
+) -> wgpu::RenderPipeline {
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("shading"),
+        bind_group_layouts: layouts,
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("shading"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: shader,
+            entry_point: Some("cover"),
+            compilation_options: Default::default(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<Sheet>() as u64,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &wgpu::vertex_attr_array![
+                    0 => Float32x4, 1 => Float32x3, 2 => Float32x3, 3 => Uint32
+                ],
+            })],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: shader,
             entry_point: Some("shade"),
             compilation_options: Default::default(),
-            targets: &[
-                Some(wgpu::ColorTargetState { format: COLOR, blend: None, write_mask: color_writes }),
-                Some(ID.into()),
-            ],
+            targets: &[Some(COLOR.into()), Some(ID.into())],
         }),
         multiview_mask: None,
         cache: None,

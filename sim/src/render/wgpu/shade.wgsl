@@ -1,18 +1,19 @@
 // The picture of the reference renderer: see the render module's documentation.
+//
+// Triangles write only what their surface is, and then each pixel is shaded once: lavapipe runs a fragment shader for whole
+// blocks of pixels, of which a small triangle covers few.
 
 struct Item {
     clip_from_model: mat4x4f,
     light_in_model: vec3f,
-    layer: u32,
-    ambient: vec3f,
+    // Side of the texture, texels; its layer and batch as bits of a surface.
+    side: f32,
+    texture: u32,
     id: u32,
-    diffuse: vec3f,
 }
 
-@group(0) @binding(0) var textures: texture_2d_array<f32>;
-@group(0) @binding(1) var bilinear: sampler;
 // A uniform of its own for each draw: lavapipe reads storage buffers vertex by vertex, which took a third of a tile's time.
-@group(1) @binding(0) var<uniform> item: Item;
+@group(0) @binding(0) var<uniform> item: Item;
 
 struct Corner {
     @builtin(position) position: vec4f,
@@ -20,52 +21,84 @@ struct Corner {
     @location(1) incidence: f32,
 }
 
-struct Pixel {
-    // Alpha marks the pixels of a tile's target: the other placements' pipeline does not write it.
-    @location(0) color: vec4f,
-    @location(1) id: u32,
-}
-
 @vertex
 fn project(@location(0) position: vec3f, @location(1) normal: vec3f, @location(2) uv: vec2f) -> Corner {
     return Corner(item.clip_from_model * vec4f(position, 1.0), uv, dot(normal, item.light_in_model));
 }
 
-// IEC 61966-2-1.
-fn decode(encoded: vec3f) -> vec3f {
-    return select(encoded / 12.92, pow((encoded + 0.055) / 1.055, vec3f(2.4)), encoded > vec3f(0.04045));
+// The square of a pixel's extent along an axis of the image, from what is linear in the image.
+fn extent(over_depth: vec2f, uv: vec2f, nearness: f32) -> f32 {
+    let step = over_depth - uv * nearness;
+    return dot(step, step);
 }
 
-fn encode(linear: vec3f) -> vec3f {
-    return select(linear * 12.92, 1.055 * pow(linear, vec3f(1.0 / 2.4)) - 0.055, linear > vec3f(0.0031308));
+// x: texture coordinates; y: `n . l` in 11 bits, the mip level in 4, the layer in 8, the batch; z: id; w: the mark of a tile's target, which the
+// other placements' pipeline does not write.
+@fragment
+fn describe(corner: Corner) -> @location(0) vec4u {
+    let nearness = corner.position.w;
+    let over_depth = corner.uv * nearness;
+    let along_row = extent(dpdx(over_depth), corner.uv, dpdx(nearness));
+    let along_column = extent(dpdy(over_depth), corner.uv, dpdy(nearness));
+    let texels = item.side / nearness;
+    // Between 2^(2l - 1) and 2^(2l + 1) at level l.
+    let footprint = max(along_row, along_column) * (texels * texels);
+    let exponent = (bitcast<i32>(footprint) >> 23u) - 127;
+    let coarsest = (bitcast<i32>(item.side) >> 23u) - 127;
+    let level = u32(clamp((exponent + 1) >> 1u, 0, coarsest));
+    let incidence = u32(clamp(corner.incidence, 0.0, 1.0) * 2047.0 + 0.5);
+    return vec4u(pack2x16unorm(fract(corner.uv)), incidence | (level << 11u) | item.texture, item.id, 1u);
 }
 
-// Level of detail and mixture are ours, since drivers approximate both.
-fn albedo(uv: vec2f) -> vec3f {
-    let size = vec2f(textureDimensions(textures));
-    let coarsest = f32(textureNumLevels(textures) - 1u);
-    let along_row = dpdx(uv) * size;
-    let along_column = dpdy(uv) * size;
-    let footprint = max(dot(along_row, along_row), dot(along_column, along_column));
-    let detail = clamp(0.5 * log2(footprint), 0.0, coarsest);
-    let level = floor(detail);
-    let fraction = detail - level;
-    // A loop, which lavapipe leaves where no pixel of a vector wants the coarser level; of a condition it would do both sides.
-    var mixed = vec3f(0.0);
-    var next = level;
-    loop {
-        let texel = textureSampleLevel(textures, bilinear, uv, item.layer, min(next, coarsest)).rgb;
-        mixed = select(mix(mixed, texel, fraction), texel, next == level);
-        next += 1.0;
-        if (next > level + ceil(fraction)) {
-            break;
-        }
-    }
-    return mixed;
+@group(0) @binding(0) var surfaces: texture_2d<u32>;
+@group(1) @binding(0) var textures: texture_2d_array<f32>;
+@group(1) @binding(1) var bilinear: sampler;
+
+struct Sheet {
+    @builtin(position) position: vec4f,
+    @location(0) @interpolate(flat) ambient: vec3f,
+    @location(1) @interpolate(flat) diffuse: vec3f,
+    @location(2) @interpolate(flat) batch: u32,
+}
+
+struct Pixel {
+    // Alpha is the mark.
+    @location(0) color: vec4f,
+    @location(1) id: u32,
+}
+
+// Two triangles over a viewport given by its lower and upper corner in clip coordinates.
+@vertex
+fn cover(
+    @builtin(vertex_index) index: u32,
+    @location(0) corners: vec4f,
+    @location(1) ambient: vec3f,
+    @location(2) diffuse: vec3f,
+    @location(3) batch: u32,
+) -> Sheet {
+    let corner = index % 3u + index / 3u;
+    let position = select(corners.xy, corners.zw, vec2(corner % 2u == 1u, corner > 1u));
+    return Sheet(vec4f(position, 0.0, 1.0), ambient, diffuse, batch);
+}
+
+// sRGB is a line near black and beyond it, but for an offset, a power: irradiance then multiplies the encoded colour by a power of
+// its own. Of both the greater is right in dim light, and the lesser in bright light.
+fn lit(albedo: vec3f, irradiance: vec3f) -> vec3f {
+    let curve = (albedo + 0.055) * pow(irradiance, vec3f(1.0 / 2.4)) - 0.055;
+    let line = albedo * irradiance;
+    return select(max(curve, line), min(curve, line), irradiance > vec3f(1.0));
 }
 
 @fragment
-fn shade(corner: Corner) -> Pixel {
-    let light = item.ambient + item.diffuse * max(corner.incidence, 0.0);
-    return Pixel(vec4f(encode(decode(albedo(corner.uv)) * light), 1.0), item.id);
+fn shade(sheet: Sheet) -> Pixel {
+    let surface = textureLoad(surfaces, vec2i(sheet.position.xy), 0);
+    if ((surface.y >> 23u) != sheet.batch) {
+        discard;
+    }
+    let incidence = f32(surface.y & 2047u) / 2047.0;
+    let level = f32((surface.y >> 11u) & 15u);
+    let layer = (surface.y >> 15u) & 255u;
+    let texel = textureSampleLevel(textures, bilinear, unpack2x16unorm(surface.x), layer, level);
+    let color = lit(texel.rgb, sheet.ambient + sheet.diffuse * incidence);
+    return Pixel(vec4f(color, f32(surface.w)), surface.z);
 }

@@ -2,13 +2,13 @@
 
 use super::super::RenderError;
 use super::device::Gpu;
-use super::pipeline::{COLOR, DEPTH, ID};
+use super::pipeline::{COLOR, DEPTH, ID, Pipelines, SURFACE};
 use std::sync::mpsc;
 
 /// Id of a pixel on which nothing was drawn, on the device.
 const NOTHING: u32 = u32::MAX;
 
-/// A colour, an id and a depth image of one size, and two buffers to read them through.
+/// A colour, an id, a depth and a surface image of one size, and two buffers to read all but the last through.
 #[derive(Debug)]
 pub(super) struct Target {
     pub width: u32,
@@ -16,12 +16,15 @@ pub(super) struct Target {
     color: wgpu::Texture,
     ids: wgpu::Texture,
     depth: wgpu::Texture,
+    surfaces: wgpu::Texture,
+    /// Of the surfaces.
+    pub bind_group: wgpu::BindGroup,
     buffers: [wgpu::Buffer; 2],
 }
 
 impl Target {
-    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
-        let texture = |label, format| {
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines, width: u32, height: u32) -> Self {
+        let texture = |label, format, use_afterwards| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -29,7 +32,7 @@ impl Target {
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | use_afterwards,
                 view_formats: &[],
             })
         };
@@ -41,43 +44,45 @@ impl Target {
                 mapped_at_creation: false,
             })
         };
+        let copied = wgpu::TextureUsages::COPY_SRC;
+        let surfaces = texture("surfaces", SURFACE, wgpu::TextureUsages::TEXTURE_BINDING);
         Self {
             width,
             height,
-            color: texture("color", COLOR),
-            ids: texture("ids", ID),
-            depth: texture("depth", DEPTH),
+            color: texture("color", COLOR, copied),
+            ids: texture("ids", ID, copied),
+            depth: texture("depth", DEPTH, copied),
+            bind_group: pipelines.bind_surfaces(gpu, &surfaces),
+            surfaces,
             buffers: [buffer(), buffer()],
         }
     }
 
-    /// A pass over the whole target; `fresh` forgets what was drawn.
-    pub fn pass<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
-        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
-        let nothing = wgpu::Color { r: f64::from(NOTHING), ..wgpu::Color::TRANSPARENT };
-        let load = |clear| if fresh { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load };
-        let color_attachment = |view, clear| {
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: load(clear), store: wgpu::StoreOp::Store },
-            })
-        };
+    /// A pass that writes surfaces and depths; `fresh` forgets what was drawn.
+    pub fn describing<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
+        let nothing = f64::from(NOTHING);
+        let nothing = wgpu::Color { r: 0.0, g: nothing, b: nothing, a: 0.0 };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("placements"),
-            color_attachments: &[
-                color_attachment(&view(&self.color), wgpu::Color::TRANSPARENT),
-                color_attachment(&view(&self.ids), nothing),
-            ],
+            label: Some("describing"),
+            color_attachments: &[attachment(&view(&self.surfaces), nothing, fresh)],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&self.depth),
-                depth_ops: Some(wgpu::Operations {
-                    load: if fresh { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
-                    store: wgpu::StoreOp::Store,
-                }),
+                depth_ops: Some(wgpu::Operations { load: load(0.0, fresh), store: wgpu::StoreOp::Store }),
                 stencil_ops: None,
             }),
+            ..Default::default()
+        })
+    }
+
+    /// A pass that writes colours and ids; `fresh` forgets what was drawn.
+    pub fn shading<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
+        let nothing = wgpu::Color { r: f64::from(NOTHING), ..wgpu::Color::TRANSPARENT };
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shading"),
+            color_attachments: &[
+                attachment(&view(&self.color), wgpu::Color::TRANSPARENT, fresh),
+                attachment(&view(&self.ids), nothing, fresh),
+            ],
             ..Default::default()
         })
     }
@@ -126,6 +131,27 @@ impl Target {
         buffer.unmap();
         Ok(result)
     }
+}
+
+fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&Default::default())
+}
+
+fn load<T>(clear: T, fresh: bool) -> wgpu::LoadOp<T> {
+    if fresh { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load }
+}
+
+fn attachment(
+    view: &wgpu::TextureView,
+    clear: wgpu::Color,
+    fresh: bool,
+) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load: load(clear, fresh), store: wgpu::StoreOp::Store },
+    })
 }
 
 /// A target's pixels in memory.
