@@ -151,6 +151,9 @@ pub struct LookArgs {
     /// The PNG to write; by default `out/` and the scene's name.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// A Rerun file to write the episode of the first seed to; for a program built with `--features rerun`.
+    #[arg(long, value_name = "FILE.rrd")]
+    pub rerun: Option<PathBuf>,
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,

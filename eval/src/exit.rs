@@ -101,12 +101,18 @@ pub enum BenchError {
     /// See [`RenderError`].
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// The simulated part of a scene breaks a rule, or names a mesh that cannot be used.
-    #[error("the scene is not valid: {0}")]
-    Rules(#[from] vantage_sim::scene::SceneError),
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// A model's folder is not there.
+    #[error(
+        "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
+         or train a model with --train", folder.display()
+    )]
+    NoModel {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// See [`vantage_learn::TrainError`].
     #[cfg(feature = "train")]
     #[error(transparent)]
@@ -120,6 +126,22 @@ pub enum BenchError {
         "this program was built without training: build it with `--features train`, or name a model with --model"
     )]
     CannotTrain,
+    /// A recording is asked for, of a program that cannot write one.
+    #[cfg(not(feature = "rerun"))]
+    #[error(
+        "this program was built without Rerun: build it with `cargo build --release -p vantage-eval --features rerun`, or \
+         leave --rerun out"
+    )]
+    CannotRecord,
+    /// A recording could not be written.
+    #[cfg(feature = "rerun")]
+    #[error("cannot write {}: {source}; choose another file with --rerun, or make room", path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What Rerun said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// The list of instances that a model has seen is missing or damaged.
     #[error(
         "{}: {reason}; the list says which instances the model was trained on, so that none of them is scored: train \
@@ -231,7 +253,7 @@ impl BenchError {
             | BenchError::Unsuitable { .. }
             | BenchError::OtherData { .. }
             | BenchError::NoPicture { .. }
-            | BenchError::Rules(_)
+            | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_)
@@ -241,6 +263,10 @@ impl BenchError {
             BenchError::Train(error) => training_exit(error),
             #[cfg(not(feature = "train"))]
             BenchError::CannotTrain => Exit::MissingCapability,
+            #[cfg(not(feature = "rerun"))]
+            BenchError::CannotRecord => Exit::MissingCapability,
+            #[cfg(feature = "rerun")]
+            BenchError::Recording { .. } => Exit::CannotWrite,
             BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
             BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,

@@ -22,6 +22,8 @@ pub mod metric;
 pub mod output;
 pub mod pipeline;
 pub mod progress;
+#[cfg(feature = "rerun")]
+pub mod recording;
 pub mod render;
 pub mod report;
 pub mod results;

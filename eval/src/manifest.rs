@@ -1,8 +1,9 @@
 //! The manifest beside the results: from what, on what, and how fast they were made.
 //!
-//! Kept apart from [`crate::results`], which equal inputs reproduce byte for byte; nothing here is compared.
+//! Kept apart from [`crate::results`], which equal inputs reproduce byte for byte. `bench check` tells whether processor
+//! and renderer are those here.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -52,7 +53,7 @@ pub struct Commit {
 }
 
 /// The renderer that ran.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Renderer {
     /// `wgpu` or `reference`.
     pub name: String,
@@ -63,16 +64,16 @@ pub struct Renderer {
 }
 
 /// The machine.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Host {
     /// Model of the processor, as the system names it.
     pub cpu: Option<String>,
     /// Threads that may run at once.
     pub threads: usize,
     /// Architecture the program was built for.
-    pub arch: &'static str,
+    pub arch: String,
     /// System the program was built for.
-    pub os: &'static str,
+    pub os: String,
 }
 
 impl Manifest {
@@ -134,8 +135,8 @@ impl Host {
         Self {
             cpu: model.map(|text| text.trim_start_matches([' ', '\t', ':']).to_owned()),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            arch: std::env::consts::ARCH,
-            os: std::env::consts::OS,
+            arch: std::env::consts::ARCH.to_owned(),
+            os: std::env::consts::OS.to_owned(),
         }
     }
 }

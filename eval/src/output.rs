@@ -1,11 +1,12 @@
 //! The output folder: found writable before any work, and written file by file so that none is ever half there.
 
+use crate::progress::Progress;
 use crate::trajectory::Trajectory;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-use vantage_dataset::store::{StoreError, write_tum};
+use vantage_dataset::store::{FolderLock, StoreError, write_tum};
 
 /// A folder that was found writable.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,17 +22,26 @@ pub struct OutputError {
     pub source: io::Error,
 }
 
-const PROBE: &str = ".probe.tmp";
-
 impl OutputFolder {
     /// Makes the folder where it is missing, and writes and removes a file in it.
     pub fn probe(path: &Path) -> Result<Self, OutputError> {
-        let probe = path.join(PROBE);
+        let probe = path.join(format!(".probe-{}.tmp", std::process::id()));
         fs::create_dir_all(path)
             .and_then(|()| write_synced(&probe, b"probe"))
             .and_then(|()| fs::remove_file(&probe))
             .map_err(|source| OutputError { path: path.to_owned(), source })?;
         Ok(Self(path.to_owned()))
+    }
+
+    /// The right to write into it, which another run gives up first if it has it.
+    pub fn lock(&self, progress: &Progress) -> Result<FolderLock, StoreError> {
+        FolderLock::take(&self.0, &|waiting| progress.note(&waiting.to_string()))
+    }
+
+    /// Whether it holds nothing.
+    pub fn is_empty(&self) -> Result<bool, OutputError> {
+        let entries = fs::read_dir(&self.0).map_err(|source| OutputError { path: self.0.clone(), source })?;
+        Ok(entries.flatten().all(|entry| FolderLock::is_named(&entry.file_name())))
     }
 
     /// Where it is.

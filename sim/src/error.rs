@@ -8,12 +8,12 @@ use vantage_dataset::Split;
 pub enum SimError {
     /// The objects find no room on the surface.
     #[error(
-        "only {placed} of {wanted} objects fit on the {surface}; use fewer objects, a smaller `world.spacing`, or a \
+        "only {fitting} of {wanted} objects fit on the {surface}; use fewer objects, a smaller `world.spacing`, or a \
          larger surface"
     )]
     NothingFits {
-        /// How many the best attempt placed.
-        placed: usize,
+        /// How many found room, the smallest first.
+        fitting: usize,
         /// How many were asked for.
         wanted: usize,
         /// Which surface.

@@ -6,6 +6,7 @@
 pub mod furniture;
 pub mod meshes;
 pub mod path;
+pub mod placement;
 pub mod robot;
 pub mod rule;
 pub mod sensors;
@@ -15,6 +16,7 @@ pub mod world;
 pub use furniture::{PieceSpec, Side};
 pub use meshes::{FixtureSpec, MeshSpec, SymmetrySpec};
 pub use path::PathSpec;
+pub use placement::{Misplaced, Part};
 pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
 pub use sensors::{
     CameraSpec, DetectorFaultsSpec, DetectorSpec, ImageSpec, LandmarkSpec, OdometrySpec, SensorSpec, SlipSpec,
@@ -72,31 +74,25 @@ pub enum SceneError {
     /// Furniture that it names cannot be used.
     #[error("world.fixtures: {0}")]
     Fixture(MeshFileError),
-    /// The path runs into furniture that it names.
-    #[error(
-        "world.fixtures[{index}]: the path passes at {gap:.2} m from its middle, expected at least {needed:.2} m; move it \
-         or the path"
-    )]
-    Blocked {
-        /// Index of the fixture.
-        index: usize,
-        /// Distance of the path from its middle, metres.
-        gap: f64,
-        /// Radius of its footprint and of the robot, metres.
-        needed: f64,
-    },
+    /// Something cannot stand where it is put: all that cannot is listed.
+    #[error("{}", .0.iter().map(Misplaced::to_string).collect::<Vec<_>>().join("\n"))]
+    Placement(Vec<Misplaced>),
 }
 
 impl CheckedScene {
     /// Checks every rule, those between parts included; the report lists all violations. Then reads the meshes, whose
-    /// paths are relative to `base`, the scene file's folder.
+    /// paths are relative to `base`, the scene file's folder, and finds out whether all that is put into the room can stand
+    /// there.
     pub fn new(spec: SceneSpec, base: &Path) -> Result<Self, SceneError> {
         spec.validate()?;
         let meshes = MeshLibrary::load(&spec.world.meshes, base)?;
         let fixtures: Result<Vec<Fixture>, MeshFileError> =
             spec.world.fixtures.iter().map(|fixture| Fixture::load(fixture, base)).collect();
         let fixtures = fixtures.map_err(SceneError::Fixture)?;
-        keeps_clear(&spec.robot, &fixtures)?;
+        let misplaced = placement::misplaced(&spec, &fixtures);
+        if !misplaced.is_empty() {
+            return Err(SceneError::Placement(misplaced));
+        }
         Ok(Self { spec, meshes, fixtures })
     }
 
@@ -159,20 +155,6 @@ pub struct ViewConditions {
     pub views: ViewsSpec,
 }
 
-/// Refuses furniture in a fixed path's way.
-fn keeps_clear(robot: &RobotSpec, fixtures: &[Fixture]) -> Result<(), SceneError> {
-    let Some(track) = Track::fixed(&robot.path) else { return Ok(()) };
-    for (index, fixture) in fixtures.iter().enumerate() {
-        let middle = fixture.world_from_model.translation.vector.xy();
-        let distances = track.samples(STRIDE).map(|waypoint| (waypoint.position - middle).norm());
-        let (gap, needed) = (distances.fold(f64::INFINITY, f64::min), fixture.footprint() + ROBOT_RADIUS);
-        if gap < needed {
-            return Err(SceneError::Blocked { index, gap, needed });
-        }
-    }
-    Ok(())
-}
-
 /// Distance between the points of a path that are checked, metres.
 const STRIDE: f64 = 0.02;
 
@@ -194,7 +176,6 @@ pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result
         if !sound || world.room.validate().is_err() {
             return Ok(());
         }
-        furniture_fits(world)?;
         if robot.camera.height >= world.room.height {
             return Err(garde::Error::new(format!(
                 "robot.camera.height, {} m, is above the walls, {} m",
@@ -239,22 +220,6 @@ pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result
         }
         Ok(())
     }
-}
-
-/// Furniture stands within the walls and is no higher.
-fn furniture_fits(world: &WorldSpec) -> garde::Result {
-    let SurfaceSpec::Furniture(pieces) = &world.surface else { return Ok(()) };
-    let room = [world.room.length, world.room.width, world.room.height];
-    for (i, piece) in pieces.iter().enumerate() {
-        let (at, size) = piece.extent();
-        let beyond = (0..2).any(|axis| at[axis].abs() + size[axis] / 2.0 > room[axis] / 2.0);
-        if beyond || size[2] > room[2] {
-            return Err(garde::Error::new(format!(
-                "world.surface.furniture[{i}] at {at:?} of size {size:?} reaches beyond world.room, {room:?}"
-            )));
-        }
-    }
-    Ok(())
 }
 
 fn fits_without_track(world: &WorldSpec, robot: &RobotSpec) -> garde::Result {

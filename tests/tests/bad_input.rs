@@ -26,6 +26,33 @@ fn every_violation_is_reported_at_once() {
 }
 
 #[test]
+fn furniture_and_fixtures_that_cannot_stand_there_are_refused_with_line_and_column() {
+    let table = "round_table: { radius: 0.45, height: 0.72 }";
+    let pieces = "furniture:\n      - table: { at: [0, 0], size: [0.8, 0.8, 0.7] }\n      - block: { at: [3, 0], \
+                  size: [1, 1, 1] }\n      - block: { at: [0.3, 0.4], size: [0.3, 0.3, 0.9] }";
+    refused(
+        table,
+        pieces,
+        2,
+        &[
+            "scene.yaml:9:9: world.surface.furniture[1]",
+            "beyond world.room",
+            "scene.yaml:10:9: world.surface.furniture[2]: stands in world.surface.furniture[0]",
+        ],
+    );
+    let scene = SmallScene::new(&[(
+        "  spacing:",
+        "  fixtures:\n    - { path: box.obj, metres_per_unit: 1, up: z, at: [2, 2] }\n    - { path: box.obj, \
+         metres_per_unit: 1, up: z, at: [2.5, 2] }\n  spacing:",
+    )]);
+    let corner = |i: u32| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2);
+    let corners: String = (0..8).map(corner).collect();
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    fs::write(scene.path("box.obj"), corners + faces).expect("a mesh");
+    scene.run().expect(2, &["scene.yaml:12:7: world.fixtures[1]: stands in world.fixtures[0]"]);
+}
+
+#[test]
 fn scenes_that_no_machine_could_run_are_refused_before_they_start() {
     refused("steps: 12", "steps: 4000000000", 2, &["steps"]);
     refused("{ width: 320, height: 240,", "{ width: 320000, height: 240000,", 2, &["width"]);
@@ -62,7 +89,7 @@ fn models_that_cannot_be_used_are_refused() {
         let mut command = scene.command();
         Finished::of(command.arg("--model").arg(scene.path(name)))
     };
-    with_model("missing").expect(5, &["missing"]);
+    with_model("missing").expect(2, &["missing", "bench train"]);
 
     let copy = |name: &str| {
         let folder = scene.path(name);

@@ -98,6 +98,7 @@ fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
+    assert!(scene.path("killed/.bench.lock").exists(), "it held the folder");
     assert!(!scene.path("killed/parquet/manifest.json").exists(), "the run ended before it was killed");
     Finished::of(&mut command("killed")).expect(0, &[]);
 
@@ -112,6 +113,30 @@ fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
         "{}",
         again.stdout
     );
+}
+
+#[test]
+fn of_two_runs_into_one_folder_the_second_waits_and_finds_all_done() {
+    let scene = SmallScene::new(&[]);
+    let command = || {
+        let mut command = bench();
+        command.arg("dataset").arg(scene.path("scene.yaml"));
+        command.args(["--renderer", "reference", "--seeds", "8", "--out"]).arg(scene.path("d"));
+        command
+    };
+    let mut first = command().stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    while !scene.path("d/.bench.lock").exists() {
+        assert!(first.try_wait().unwrap().is_none(), "the first run ended before it held the folder");
+        thread::sleep(Duration::from_millis(1));
+    }
+    let second = Finished::of(&mut command());
+    second.expect(0, &["waiting for", ".bench.lock"]);
+    assert!(
+        second.stdout.contains("0 episodes written") && second.stdout.contains("8 already"),
+        "{second:#?}"
+    );
+    assert!(first.wait().unwrap().success());
+    assert!(!scene.path("d/.bench.lock").exists(), "a lock is left");
 }
 
 #[test]

@@ -14,15 +14,13 @@
 
 mod entry;
 mod key;
-mod lock;
 
 use super::FORMAT;
 use super::error::StoreError;
 use super::hashed_file::{make_folder, remove_if_there, sync_folder};
+use super::lock::{Lock, Waiting};
 use super::manifest::{read_json, write_json};
 pub use key::Key;
-use lock::Lock;
-pub use lock::Waiting;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};

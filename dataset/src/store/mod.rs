@@ -12,9 +12,11 @@ mod cache;
 mod check;
 mod episode;
 mod error;
+mod folder_lock;
 mod g2o;
 mod hashed_file;
 mod instance_fields;
+mod lock;
 mod manifest;
 mod npy;
 mod pose_fields;
@@ -25,14 +27,16 @@ mod views;
 #[cfg(test)]
 mod tests;
 
-pub use cache::{Cache, Entry, Key, Origin, Waiting};
+pub use cache::{Cache, Entry, Key, Origin};
 pub use episode::{read_episode, read_observations, read_truth, write_episode};
 pub use error::{Fault, StoreError};
+pub use folder_lock::FolderLock;
 pub use g2o::write_g2o;
 pub(crate) use hashed_file::{
     hash_and_sync, inside, make_folder, read_verified, remove_if_there, sync_folder, write_whole,
 };
 pub(crate) use instance_fields::{parse_id, show_id};
+pub use lock::Waiting;
 pub use manifest::{Content, FileRecord, Manifest, Provenance, read_manifest, verify};
 pub(crate) use manifest::{read_json, write_json};
 pub(crate) use pose_fields::to_fields;

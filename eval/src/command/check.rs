@@ -3,7 +3,7 @@
 use super::score::score;
 use crate::cli::CheckArgs;
 use crate::exit::{BenchError, Exit};
-use crate::gate::compare;
+use crate::gate::{Machine, compare};
 use crate::render::Style;
 use crate::results::Results;
 use crate::scene_file::{self, SceneFile};
@@ -12,9 +12,12 @@ use std::io::Write;
 /// Compares, and prints what moved.
 pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let scene: SceneFile = scene_file::read(&args.scene)?;
-    let baseline = Results::read(&args.baseline.join(&scene.name))?;
-    let fresh = score(&args.scene, &args.stages)?.results;
-    let verdict = compare(&baseline, &fresh)?;
+    let folder = args.baseline.join(&scene.name);
+    let baseline = Results::read(&folder)?;
+    let fresh = score(&args.scene, &args.stages)?;
+    let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::Terminal))?;
+    let there = Machine::read(&folder);
+    write!(stdout, "{}", Machine::of(&fresh.manifest).compared_with(there.as_ref()))?;
     Ok(if verdict.passed() { Exit::Success } else { Exit::Regression })
 }

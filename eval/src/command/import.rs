@@ -5,7 +5,6 @@ use crate::exit::{BenchError, Exit};
 use crate::output::OutputFolder;
 use crate::progress::Progress;
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::Write;
 use vantage_dataset::layout::avd::read_scan;
 use vantage_dataset::layout::bigbird::{object_folders, read_objects};
@@ -16,7 +15,13 @@ const TOLD: usize = 10;
 
 /// Reads, writes, and tells what was left out.
 pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    if args.out.is_file() || fs::read_dir(&args.out).is_ok_and(|mut entries| entries.next().is_some()) {
+    if args.out.is_file() {
+        return Err(BenchError::NotOurs { folder: args.out.clone() });
+    }
+    let progress = Progress::detect();
+    let out = OutputFolder::probe(&args.out)?;
+    let _lock = out.lock(&progress)?;
+    if !out.is_empty()? {
         return Err(BenchError::NotOurs { folder: args.out.clone() });
     }
     let source = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -39,17 +44,16 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
                 args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name))
             });
             let (set, report) = read_objects(&folders, args.split.into(), &|_| true)?;
-            write_views(OutputFolder::probe(&args.out)?.path(), &set, provenance)?;
+            write_views(out.path(), &set, provenance)?;
             (report, format!("views of {} objects", set.instances.len()))
         }
         ImportLayout::Avd => {
             let scan = read_scan(&args.source)?;
-            write_episode(OutputFolder::probe(&args.out)?.path(), &scan.episode, provenance)?;
+            write_episode(out.path(), &scan.episode, provenance)?;
             let steps = scan.episode.observations.steps();
             (scan.report, format!("detections in {steps} images"))
         }
     };
-    let progress = Progress::detect();
     for skipped in report.skipped.iter().take(TOLD) {
         progress.note(&format!("left out: {skipped}"));
     }

@@ -32,7 +32,7 @@ const CROP: u32 = 128;
 const FROM_ABOVE_FOV: f64 = 0.3;
 
 /// Writes the sheet of the scene's first seed: the world from above with the robot's path, three images with the boxes of
-/// their detections, and crops of ten instances, each column ordered by azimuth.
+/// their detections, and crops of ten instances, each column ordered by azimuth. With `--rerun` also the whole episode.
 pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let file: SceneFile = scene_file::read(&args.scene)?;
     let scene = file.checked(&args.scene)?;
@@ -41,6 +41,10 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
         return Err(BenchError::NoPicture { path });
     }
     let out = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
+    #[cfg(not(feature = "rerun"))]
+    if args.rerun.is_some() {
+        return Err(BenchError::CannotRecord);
+    }
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {
         Progress::detect().note(notice);
@@ -49,7 +53,8 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let seed = file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
 
     let mut sheet = SceneSheet::new(2 * PICTURE, PICTURE + PICTURE / 2 + VIEWS as u32 * CROP);
-    let pictures = pictures(&scene, seed, renderer.as_mut())?;
+    let rollout = roll_out(&scene, seed, Split::Test, &mut |_| {})?;
+    let pictures = pictures(&scene, &rollout, renderer.as_mut())?;
     for (index, picture) in pictures.iter().enumerate() {
         let (column, row) = (index as u32 % 2, index as u32 / 2);
         sheet.place(picture, column * PICTURE, row * PICTURE * 3 / 4, PICTURE);
@@ -71,6 +76,12 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let name = path.file_name().map(Path::new).unwrap_or(Path::new("look.png"));
     out.write(name, &sheet.png()?)?;
     writeln!(stdout, "{}", path.display())?;
+    #[cfg(feature = "rerun")]
+    if let Some(path) = &args.rerun {
+        OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
+        crate::recording::record(&file.name, &scene, &rollout, renderer.as_mut(), path)?;
+        writeln!(stdout, "{}", path.display())?;
+    }
     Ok(Exit::Success)
 }
 
@@ -81,20 +92,23 @@ fn instances(scene: &CheckedScene) -> usize {
 }
 
 /// The world from above, then the camera's images.
-fn pictures(scene: &CheckedScene, seed: Seed, renderer: &mut dyn Renderer) -> Result<Vec<Panel>, BenchError> {
-    let rollout = roll_out(scene, seed, Split::Test, &mut |_| {})?;
+fn pictures(
+    scene: &CheckedScene,
+    rollout: &Rollout,
+    renderer: &mut dyn Renderer,
+) -> Result<Vec<Panel>, BenchError> {
     let rendered = rollout.render_scene(scene);
     let above = from_above(&scene.world().room, &rollout.camera);
     let frame = renderer.frame(&rendered, &above)?;
     let mut world = Panel::new(frame.width, frame.height, frame.rgb)?;
-    let way = path_in(&above, &rollout);
+    let way = path_in(&above, rollout);
     if scene.robot().path.stations() {
         world.points(&way)
     } else {
         world.path(&way)
     };
     let mut panels = vec![world];
-    let mut observer = Observer::new(scene, &rollout);
+    let mut observer = Observer::new(scene, rollout);
     for index in 0..FRAMES {
         let look = observer.look((2 * index + 1) * rollout.steps() / (2 * FRAMES), renderer)?;
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;

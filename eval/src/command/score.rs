@@ -8,6 +8,7 @@ use crate::output::OutputFolder;
 use crate::pipeline::{
     Answer, EpisodeFolder, PANICKED, Pipeline, Unseen, episodes, estimates, model, unseen,
 };
+use crate::progress::Progress;
 use crate::render::{self, Style};
 use crate::report;
 use crate::results::Results;
@@ -46,7 +47,11 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     manifest.options = serde_json::to_value(stages)?;
     let mut clock = Clock { manifest: &mut manifest, start: Instant::now() };
 
-    let loaded = model(&pipeline, chosen_model(&pipeline, stages.train, stages.model.as_deref()).as_deref())?;
+    let chosen = chosen_model(&pipeline, stages.train, stages.model.as_deref());
+    if let Some(folder) = chosen.as_deref().filter(|folder| !folder.is_dir()) {
+        return Err(BenchError::NoModel { folder: folder.to_owned() });
+    }
+    let loaded = model(&pipeline, chosen.as_deref())?;
     clock.stage("model");
     let episodes = episodes(&pipeline, &seeds, Split::Test)?;
     clock.stage("episodes");
@@ -116,6 +121,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     print(&scored, stdout)?;
     let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
     let folder = PathBuf::from(&scored.results.scene);
+    let _lock = OutputFolder::probe(&out.path().join(&folder))?.lock(&Progress::detect())?;
     pictures::write(&out, &folder, &scored)?;
     out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
     report::write(&out, &scored.results, &scored.manifest)?;

@@ -83,7 +83,10 @@ fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
 
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
 fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
-    let of_method = || unseen.iter().flat_map(|set| set.runs.iter().filter(|run| run.method == method));
+    let of_method = || {
+        let runs = unseen.iter().flat_map(|set| set.runs.values().flatten());
+        runs.filter(|run| run.method == method)
+    };
     let sets = of_method().count() as f64;
     let mean = |metric: Metric| {
         let scores: Option<Vec<f64>> = of_method().map(|run| run.scores.get(&metric).copied()).collect();

@@ -10,6 +10,7 @@ use std::io::Write;
 pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
+    let _lock = out.lock(&pipeline.progress)?;
     match (&args.views, &args.validation_views) {
         (Some(training), Some(validation)) => train_on(&pipeline, training, validation, out.path())?,
         _ => train_into(&pipeline, out.path())?,

@@ -5,8 +5,10 @@ use crate::mesh_file::{self, MeshFault, MeshFileError, Units};
 use crate::model::Model;
 use crate::render::{NO_OBJECT, Placement};
 use crate::scene::FixtureSpec;
-use crate::world::convert::pose_to_physics;
-use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use crate::world::convert::{pose_to_physics, vector_to_physics};
+use crate::world::furnishing::Block;
+use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
+use rapier3d::glamx::Pose3;
 use rapier3d::prelude::{ColliderBuilder, SharedShape, Vector};
 use serde::Serialize;
 use std::path::Path;
@@ -69,6 +71,29 @@ impl Fixture {
     /// A fixed collider that is the surface itself, as seen from both sides.
     pub fn collider(&self) -> ColliderBuilder {
         ColliderBuilder::new(self.shape.clone()).position(pose_to_physics(&self.world_from_model))
+    }
+
+    /// Its surface for the physics engine, less `slack` metres on all sides.
+    pub fn shape(&self, slack: f64) -> (Pose3, SharedShape) {
+        let scale = self.half_extents.map(|half| (1.0 - slack / half).max(0.0));
+        let shape = match self.shape.as_trimesh() {
+            Some(mesh) => SharedShape::new(mesh.clone().scaled(vector_to_physics(&scale))),
+            None => self.shape.clone(),
+        };
+        (pose_to_physics(&self.world_from_model), shape)
+    }
+
+    /// The box around it along the world's axes.
+    pub fn bounds(&self) -> Block {
+        let points = self
+            .model
+            .mesh
+            .positions
+            .iter()
+            .map(|&point| self.world_from_model * Point3::from(point.map(f64::from)));
+        let corner = |point: Point3<f64>| Block { min: point.coords, max: point.coords };
+        let at = self.world_from_model.translation.vector;
+        points.map(corner).reduce(Block::around).unwrap_or(Block { min: at, max: at })
     }
 
     /// What is drawn of it.

@@ -39,6 +39,8 @@ const LEAST_FILLING: f64 = 1e-3;
 pub struct Object {
     /// Hash of family, mesh and texture, or of the contents of the mesh's files.
     pub id: InstanceId,
+    /// What it is a tinted copy of; itself where it is none.
+    pub original: InstanceId,
     /// Name of its family, or of the category of a mesh.
     pub family: String,
     /// Its look.
@@ -66,8 +68,10 @@ impl Object {
         let mass = density * solid.volume();
         let mesh = solid.moved(-center.x, -center.y, -center.z).to_mesh();
         let texture = canvas.to_texture();
+        let id = identity(family.name(), &mesh, &texture);
         Self {
-            id: identity(family.name(), &mesh, &texture),
+            id,
+            original: id,
             family: family.name().to_owned(),
             symmetry: family.symmetry(),
             size: mesh.diameter(),
@@ -88,6 +92,7 @@ impl Object {
         let box_volume = 8.0 * half_extents.product();
         (volume > LEAST_FILLING * box_volume).then(|| Self {
             id,
+            original: id,
             family: category,
             symmetry,
             size,

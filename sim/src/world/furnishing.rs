@@ -3,8 +3,11 @@
 use crate::object::Fixture;
 use crate::robot::track::Track;
 use crate::scene::{PieceSpec, RobotSpec, Side, SurfaceSpec};
+use crate::world::convert::vector_to_physics;
 use crate::world::stand::{Outline, Stand};
 use nalgebra::{Vector2, Vector3};
+use rapier3d::glamx::Pose3;
+use rapier3d::prelude::SharedShape;
 
 /// Thickness of boards, sides and tops, metres.
 const BOARD: f64 = 0.03;
@@ -29,6 +32,20 @@ pub struct Block {
     pub min: Vector3<f64>,
     /// Its highest corner.
     pub max: Vector3<f64>,
+}
+
+impl Block {
+    /// The box around two.
+    pub fn around(self, other: Self) -> Self {
+        Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
+    }
+
+    /// For the physics engine, less `slack` metres on all sides.
+    pub fn shape(&self, slack: f64) -> (Pose3, SharedShape) {
+        let half = vector_to_physics(&((self.max - self.min) / 2.0).add_scalar(-slack));
+        let center = vector_to_physics(&((self.min + self.max) / 2.0));
+        (Pose3::from_translation(center), SharedShape::cuboid(half.x, half.y, half.z))
+    }
 }
 
 impl Furnishing {
@@ -110,7 +127,8 @@ fn block(at: [f64; 2], x: [f64; 2], y: [f64; 2], z: [f64; 2]) -> Block {
     }
 }
 
-fn blocks(piece: &PieceSpec) -> Vec<Block> {
+/// The solid parts of a piece.
+pub fn blocks(piece: &PieceSpec) -> Vec<Block> {
     let (at, [length, width, height]) = piece.extent();
     let (x, y) = (length / 2.0, width / 2.0);
     match piece {

@@ -56,27 +56,61 @@ pub fn draw(
     spacing: f64,
     stream: &mut Stream,
 ) -> Result<Vec<Place>, SimError> {
-    let mut best = 0;
-    for _ in 0..RESTARTS {
-        match attempt(stands, footprints, spacing, stream) {
-            Ok(places) => return Ok(places),
-            Err(placed) => best = best.max(placed),
-        }
-    }
-    Err(SimError::NothingFits { placed: best, wanted: footprints.len(), surface })
-}
-
-/// One layout, or how many objects were placed before one found no room; the largest go first.
-fn attempt(
-    stands: &[Stand],
-    footprints: &[Footprint],
-    spacing: f64,
-    stream: &mut Stream,
-) -> Result<Vec<Place>, usize> {
+    let layout = Layout { stands, footprints, spacing };
     let mut order: Vec<usize> = (0..footprints.len()).collect();
     order.sort_by(|a, b| footprints[*b].radius.total_cmp(&footprints[*a].radius));
-    let mut placed: Vec<(usize, Place)> = Vec::with_capacity(order.len());
-    for object in order {
+    for _ in 0..RESTARTS {
+        if let Some(places) = layout.of_all(&order, stream) {
+            return Ok(places);
+        }
+    }
+    // Of the smallest the most fit.
+    order.reverse();
+    let placed = layout.of_some(&order, stream);
+    let (fitting, wanted) = (placed.len(), footprints.len());
+    if fitting < wanted {
+        Err(SimError::NothingFits { fitting, wanted, surface })
+    } else {
+        Ok(in_turn(placed))
+    }
+}
+
+/// The places of all objects, by their index.
+fn in_turn(mut placed: Vec<(usize, Place)>) -> Vec<Place> {
+    placed.sort_by_key(|(object, _)| *object);
+    placed.into_iter().map(|(_, place)| place).collect()
+}
+
+/// What is to be placed, and on what.
+struct Layout<'a> {
+    stands: &'a [Stand],
+    footprints: &'a [Footprint],
+    spacing: f64,
+}
+
+impl Layout<'_> {
+    /// Places objects in this order, up to the first that finds no room: then none.
+    fn of_all(&self, order: &[usize], stream: &mut Stream) -> Option<Vec<Place>> {
+        let mut placed = Vec::with_capacity(order.len());
+        for &object in order {
+            placed.push((object, self.place(object, &placed, stream)?));
+        }
+        Some(in_turn(placed))
+    }
+
+    /// Places objects in this order, but for those that find no room.
+    fn of_some(&self, order: &[usize], stream: &mut Stream) -> Vec<(usize, Place)> {
+        let mut placed = Vec::new();
+        for &object in order {
+            let place = self.place(object, &placed, stream);
+            placed.extend(place.map(|place| (object, place)));
+        }
+        placed
+    }
+
+    /// A place beside those that were placed.
+    fn place(&self, object: usize, placed: &[(usize, Place)], stream: &mut Stream) -> Option<Place> {
+        let &Self { stands, footprints, spacing } = self;
         let Footprint { radius, height } = footprints[object];
         let fitting: Vec<usize> = (0..stands.len()).filter(|&i| height + AIR <= stands[i].headroom).collect();
         let choose = |stream: &mut Stream| match stands {
@@ -95,12 +129,9 @@ fn attempt(
                 let stand = choose(stream)?;
                 Some((stand, stands[stand].draw_position(radius, stream)?))
             })
-            .find(free)
-            .ok_or(placed.len())?;
-        placed.push((object, Place { stand, position, yaw: stream.uniform(-PI, PI) }));
+            .find(free)?;
+        Some(Place { stand, position, yaw: stream.uniform(-PI, PI) })
     }
-    placed.sort_by_key(|(object, _)| *object);
-    Ok(placed.into_iter().map(|(_, place)| place).collect())
 }
 
 /// One of the fitting stands, the larger the likelier.
@@ -172,7 +203,18 @@ mod tests {
             0.01,
             &mut Seed(1).stream("layout", 0),
         );
-        assert!(matches!(got, Err(SimError::NothingFits { placed: 1..=2, wanted: 4, .. })), "{got:?}");
+        assert!(matches!(got, Err(SimError::NothingFits { fitting: 2, wanted: 4, .. })), "{got:?}");
+    }
+
+    #[test]
+    fn one_object_too_large_is_not_counted_for_all() {
+        let footprint = |radius| Footprint { radius, height: 0.1 };
+        let mut footprints = vec![footprint(0.03); 11];
+        footprints.insert(4, footprint(0.5));
+        let table = table(Outline::Disc { radius: 0.4 });
+        let got = draw(&table, "table", &footprints, 0.01, &mut Seed(1).stream("layout", 0));
+        let said = got.unwrap_err().to_string();
+        assert!(said.starts_with("only 11 of 12 objects fit on the table"), "{said}");
     }
 
     #[test]

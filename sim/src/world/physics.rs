@@ -53,10 +53,8 @@ impl Physics {
             world.insert_collider(collider, None);
         }
         for block in furnishing.pieces.iter().flatten() {
-            let half = vector_to_physics(&((block.max - block.min) / 2.0));
-            let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)
-                .translation(vector_to_physics(&((block.min + block.max) / 2.0)))
-                .friction(FRICTION);
+            let (position, shape) = block.shape(0.0);
+            let collider = ColliderBuilder::new(shape).position(position).friction(FRICTION);
             world.insert_collider(collider, None);
         }
         for fixture in &furnishing.fixtures {
@@ -149,6 +147,6 @@ fn on_four_feet(hull: &[[f32; 3]]) -> Vec<Vector> {
 }
 
 /// The engine's cylinders lie along y.
-fn standing_cylinder() -> UnitQuaternion<f64> {
+pub fn standing_cylinder() -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2)
 }

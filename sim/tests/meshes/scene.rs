@@ -13,8 +13,9 @@ use vantage_sim::mesh_file::UpAxis;
 use vantage_sim::object::{Catalog, Draw, Family, Fixture, MeshLibrary};
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
+use vantage_sim::scene::rule::Interval;
 use vantage_sim::scene::{
-    CheckedScene, FixtureSpec, MeshSpec, PathSpec, RobotSpec, SceneError, SceneSpec, SensorSpec,
+    CheckedScene, FixtureSpec, MeshSpec, Part, PathSpec, RobotSpec, SceneError, SceneSpec, SensorSpec,
     SymmetrySpec, ViewsSpec, WorldSpec,
 };
 use vantage_sim::views::training_views;
@@ -253,6 +254,44 @@ fn a_mesh_as_furniture_carries_what_falls_on_it() {
     assert_eq!(rollout.world.furnishing.fixtures, scene.fixtures());
     let drawn = rollout.render_scene(&scene).placements;
     assert!(drawn.iter().any(|placement| placement.world_from_model == scene.fixtures()[0].world_from_model));
-    let blocked = furnished([1.6, 0.0]).unwrap_err();
-    assert!(matches!(blocked, SceneError::Blocked { index: 0, .. }), "{blocked}");
+    let blocked = furnished([1.6, 0.0]).unwrap_err().to_string();
+    assert!(blocked.contains("world.fixtures[0]: the path passes at"), "{blocked}");
+}
+
+#[test]
+fn fixtures_stand_within_the_room_and_not_in_one_another() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "block.obj", &(obj_vertices() + &obj_faces(&FACES)));
+    // Cubes, of 0.5 m unless they are stretched, in a room of 6.5 x 5.5 m round a table of radius 0.65 m.
+    let fixture = |at: [f64; 2], yaw_deg: f64, metres_per_unit: f64| FixtureSpec {
+        path: "block.obj".into(),
+        metres_per_unit,
+        up: UpAxis::Z,
+        at,
+        yaw_deg,
+    };
+    let refused = |fixtures: &[FixtureSpec]| -> Vec<Part> {
+        let mut scene = tabletop(Vec::new(), 2);
+        scene.world.families = vec![Family::Can];
+        scene.robot.path = PathSpec::RandomWalk { legs: 3, leg_length: Interval([0.5, 1.0]), clearance: 0.1 };
+        scene.robot.laps = 1.0;
+        scene.world.fixtures = fixtures.to_vec();
+        match CheckedScene::new(scene, folder.path()) {
+            Ok(_) => Vec::new(),
+            Err(SceneError::Placement(misplaced)) => misplaced.iter().map(|one| one.part).collect(),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    assert_eq!(refused(&[fixture([3.0, 0.0], 0.0, 0.5)]), [], "in touch with a wall");
+    assert_eq!(refused(&[fixture([3.01, 0.0], 0.0, 0.5)]), [Part::Fixture(0)]);
+    assert_eq!(refused(&[fixture([2.95, 0.0], 45.0, 0.5)]), [Part::Fixture(0)], "a corner in the wall");
+    assert_eq!(refused(&[fixture([1.9, 0.0], 0.0, 2.7)]), [Part::Fixture(0)], "higher than the room");
+    assert_eq!(refused(&[fixture([2.0, 2.0], 0.0, 0.5), fixture([2.0, 1.5], 0.0, 0.5)]), [], "side by side");
+    let pair = [fixture([2.0, 2.0], 0.0, 0.5), fixture([2.0, 1.6], 0.0, 0.5)];
+    assert_eq!(refused(&pair), [Part::Fixture(1)]);
+    let corners = [fixture([2.0, 2.0], 45.0, 0.5), fixture([2.52, 1.48], 45.0, 0.5)];
+    assert_eq!(refused(&corners), [], "boxes around them overlap, they do not");
+    assert_eq!(refused(&[fixture([0.8, 0.0], 0.0, 0.5)]), [Part::Fixture(0)], "in the table");
+    assert_eq!(refused(&[fixture([0.72, 0.72], 0.0, 0.5)]), [], "beside a round table");
+    assert_eq!(refused(&[fixture([0.0, 0.0], 0.0, 0.02)]), [], "lower than a carpet");
 }

@@ -6,7 +6,7 @@ use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
 use vantage_sim::scene::{
-    CheckedScene, HandheldSpec, PathSpec, PieceSpec, SceneSpec, SurfaceSpec, WorldSpec,
+    CheckedScene, HandheldSpec, Misplaced, PathSpec, PieceSpec, SceneError, SceneSpec, SurfaceSpec, WorldSpec,
 };
 use vantage_sim::views::training_views;
 
@@ -64,11 +64,6 @@ fn paths_and_their_parameters_are_checked_together() {
     };
     assert!(with(&lanes).contains("lanes"));
     assert!(with(&|spec| spec.robot.path = PathSpec::Circle { radius: 1e9 }).contains("radius"));
-    let outside = |spec: &mut SceneSpec| {
-        let SurfaceSpec::Furniture(pieces) = &mut spec.world.surface else { return };
-        pieces.push(PieceSpec::Block { at: [3.9, 0.0], size: [1.0, 1.0, 1.0] });
-    };
-    assert!(with(&outside).contains("reaches beyond world.room"));
     let grid = PathSpec::Grid { spacing: 0.3, headings: 12, clearance: 0.1 };
     assert!(with(&|spec| spec.robot.path = grid.clone()).contains("leave `steps` out"));
     let pedestals = |spec: &mut SceneSpec| {
@@ -92,6 +87,49 @@ fn paths_and_their_parameters_are_checked_together() {
         spec.world.objects = 2;
     };
     assert!(with(&two).contains("world.objects must be 1"));
+}
+
+#[test]
+fn furniture_stands_within_the_room_and_not_in_one_another() {
+    let with = |piece: PieceSpec| -> Vec<String> {
+        let mut spec = shipped("room");
+        let SurfaceSpec::Furniture(pieces) = &mut spec.world.surface else { return Vec::new() };
+        pieces.push(piece);
+        match CheckedScene::new(spec, Path::new("")) {
+            Ok(_) => Vec::new(),
+            Err(SceneError::Placement(misplaced)) => misplaced.iter().map(Misplaced::to_string).collect(),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    let block = |at, size| PieceSpec::Block { at, size };
+    let refused = |piece: PieceSpec, words: &str| {
+        let said = with(piece.clone());
+        assert!(said.len() == 1 && said[0].starts_with("world.surface.furniture[6]"), "{piece:?}: {said:?}");
+        assert!(said[0].contains(words), "{said:?}");
+    };
+    refused(block([3.9, 1.0], [1.0, 1.0, 1.0]), "reaches beyond world.room");
+    refused(block([3.5, 1.0], [1.0, 1.0, 2.7]), "reaches beyond world.room");
+    refused(block([0.5, 0.3], [0.3, 0.3, 0.8]), "stands in world.surface.furniture[0]");
+    refused(block([-3.6, 0.0], [0.3, 0.3, 0.5]), "stands in world.surface.furniture[3]");
+    // The dining table is 1.4 m by 0.8 m and 0.74 m high, its top 3 cm thick, its legs 6 cm by 6 cm.
+    refused(block([0.65, 0.0], [0.2, 0.75, 0.5]), "stands in world.surface.furniture[0]");
+    for fits in [
+        block([0.0, 0.0], [1.2, 0.6, 0.7]),
+        block([0.8, 0.0], [0.2, 0.4, 0.74]),
+        block([3.5, 1.0], [1.0, 1.0, 2.6]),
+        PieceSpec::Table { at: [-3.1, -2.4], size: [0.8, 0.4, 0.4] },
+    ] {
+        assert_eq!(with(fits.clone()), Vec::<String>::new(), "{fits:?}");
+    }
+}
+
+#[test]
+fn pedestals_stand_within_the_room() {
+    let mut spec = shipped("corridor");
+    let SurfaceSpec::Pedestals { offset, .. } = &mut spec.world.surface else { panic!("no pedestals") };
+    *offset = 1.8;
+    let said = refusal(spec);
+    assert!(said.starts_with("world.surface: from") && said.contains("reaches beyond world.room"), "{said}");
 }
 
 #[test]

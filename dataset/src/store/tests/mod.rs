@@ -2,6 +2,7 @@
 
 mod cache;
 mod damage;
+mod folder_lock;
 mod hostile;
 mod round_trip;
 

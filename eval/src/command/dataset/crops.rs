@@ -1,10 +1,13 @@
 //! `webdataset` and `parquet`: labelled crops in shards.
 
+use super::images::licences;
 use super::{Format, Index, Need, Source, taken_up};
 use crate::exit::BenchError;
+use std::collections::BTreeMap;
 use std::path::Path;
 use vantage_dataset::layout::{CropLayout, CropOptions, CropWriter};
-use vantage_dataset::{Episode, Seed, Split};
+use vantage_dataset::{Episode, InstanceId, Seed, Split};
+use vantage_sim::rollout::Rollout;
 
 /// Crops in a shard: about 40 MB of them.
 const CROPS_PER_SHARD: u64 = 10_000;
@@ -20,6 +23,10 @@ pub struct Crops {
     split: Split,
     /// Crops still to come that are there already.
     skip: u64,
+    /// Of the scene's meshes.
+    licences: BTreeMap<InstanceId, String>,
+    /// What each object of the episode under way is a copy of.
+    originals: BTreeMap<InstanceId, InstanceId>,
 }
 
 impl Crops {
@@ -32,11 +39,9 @@ impl Crops {
             samples_per_shard: CROPS_PER_SHARD,
         };
         let opened = CropWriter::open(root, options, source.provenance.clone())?;
-        let (mut writer, skip) = taken_up(opened, source.progress);
-        for (instance, licence) in super::images::licences(source.scene) {
-            writer.iter_mut().for_each(|writer| writer.add_licence(instance, &licence));
-        }
-        Ok(Self { writer, split: source.split, skip })
+        let (writer, skip) = taken_up(opened, source.progress);
+        let licences = licences(source.scene);
+        Ok(Self { writer, split: source.split, skip, licences, originals: BTreeMap::new() })
     }
 }
 
@@ -54,12 +59,21 @@ impl Format for Crops {
         }
     }
 
+    fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
+        self.originals = rollout.world.objects.iter().map(|object| (object.id, object.original)).collect();
+        Ok(())
+    }
+
     fn episode(&mut self, episode: &Episode) -> Result<(), BenchError> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
         for sample in episode.samples(self.split) {
             if self.skip > 0 {
                 self.skip -= 1;
             } else {
+                let original = self.originals.get(&sample.instance);
+                if let Some(licence) = original.and_then(|original| self.licences.get(original)) {
+                    writer.add_licence(sample.instance, licence);
+                }
                 writer.push(sample)?;
             }
         }

@@ -63,7 +63,7 @@ impl Format for Images {
         for object in &rollout.world.objects {
             let next = self.ids.len() as u32 + 1;
             let id = *self.ids.entry(object.id).or_insert(next);
-            writer.add_model(object.id, id, &model(object, self.licences.get(&object.id)))?;
+            writer.add_model(object.id, id, &model(object, self.licences.get(&object.original)))?;
         }
         Ok(())
     }

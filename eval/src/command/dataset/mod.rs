@@ -125,6 +125,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let file: SceneFile = scene_file::read(&args.scene)?;
     let scene = file.checked(&args.scene)?;
     let progress = Progress::detect();
+    let _lock = out.lock(&progress)?;
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {
         progress.note(notice);

@@ -1,166 +1,25 @@
-//! The scene file: YAML -> a checked scene, or every reason why not, with line and column.
+//! Text -> a checked value, or every reason why not.
 
-use crate::seeds::Seeds;
+use super::SceneFileError;
 use garde::Validate;
-use schemars::JsonSchema;
-use schemars::generate::SchemaSettings;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
-use vantage_dataset::Seed;
-use vantage_learn::TrainingSpec;
-use vantage_sim::scene::{
-    CheckedScene, RobotSpec, SceneError, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into,
-};
-use vantage_slam::EstimatorSpec;
+use std::path::Path;
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;
-/// Version of the scene format.
-pub const VERSION: u32 = 1;
-
-/// A whole scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct SceneFile {
-    /// Version of the scene format: 1.
-    #[garde(custom(is_known_version))]
-    pub version: u32,
-    /// Name of the scene and of its folder of results: lower-case letters, digits, `_` and `-`.
-    #[garde(custom(is_file_name))]
-    pub name: String,
-    /// What the scene is to show, in a sentence.
-    #[garde(length(min = 1, max = 1000))]
-    pub purpose: String,
-    /// What there is to see.
-    #[garde(dive)]
-    pub world: WorldSpec,
-    /// The robot.
-    #[garde(dive, custom(fits_into(&self.world)))]
-    pub robot: RobotSpec,
-    /// Its sensors.
-    #[garde(dive)]
-    pub sensors: SensorSpec,
-    /// Views of single objects: those that the model is trained on, and those it is scored on.
-    #[garde(dive)]
-    pub views: ViewsSpec,
-    /// The observation model.
-    #[garde(dive)]
-    pub training: TrainingSection,
-    /// The estimator.
-    #[garde(dive)]
-    pub estimator: EstimatorSpec,
-    /// What is scored.
-    #[garde(dive)]
-    pub evaluation: EvaluationSpec,
-}
-
-impl SceneFile {
-    /// The simulated part of the scene that was read from `path`, with the meshes it names. A scene file that was
-    /// read has passed the simulator's rules.
-    pub fn checked(&self, path: &Path) -> Result<CheckedScene, SceneError> {
-        let spec = SceneSpec {
-            world: self.world.clone(),
-            robot: self.robot.clone(),
-            sensors: self.sensors.clone(),
-            views: self.views.clone(),
-        };
-        CheckedScene::new(spec, path.parent().unwrap_or(Path::new("")))
-    }
-}
-
-/// Where the observation model comes from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct TrainingSection {
-    /// Seed of the training views and of the training.
-    #[garde(skip)]
-    #[schemars(with = "u64")]
-    pub seed: Seed,
-    /// Folder of a trained model, relative to the scene file; without it, or with `--train`, one is trained.
-    #[serde(default)]
-    #[garde(skip)]
-    pub reference: Option<PathBuf>,
-    /// How a model is trained.
-    #[serde(default)]
-    #[garde(dive)]
-    pub model: TrainingSpec,
-}
-
-/// What is scored.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct EvaluationSpec {
-    /// The seeds, each one episode.
-    #[garde(skip)]
-    pub seeds: Seeds,
-}
-
-/// Why a scene file is refused.
-#[derive(Debug, Error)]
-pub enum SceneFileError {
-    /// It cannot be read.
-    #[error("cannot read the scene {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// It is far larger than any scene.
-    #[error(
-        "the scene {} is larger than {MAX_BYTES} bytes: a scene is a page of YAML, is this the right file?",
-        path.display()
-    )]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-    },
-    /// It is not text.
-    #[error("the scene {} is not UTF-8 text (byte {offset})", path.display())]
-    NotText {
-        /// The file.
-        path: PathBuf,
-        /// Offset of the first byte that is not.
-        offset: usize,
-    },
-    /// It is no scene: the message holds line, column and a snippet for each reason.
-    #[error("the scene {} is not valid:\n{message}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// All reasons.
-        message: String,
-    },
-}
-
-fn is_known_version(version: &u32, _: &()) -> garde::Result {
-    if *version == VERSION {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!("scene format {version} is unknown, this program reads {VERSION}")))
-    }
-}
-
-pub(crate) fn is_file_name(name: &str, _: &()) -> garde::Result {
-    let allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_' || b == b'-';
-    if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!(
-            "{name:?} is no scene name: expected 1 to 64 lower-case letters, digits, _ and -"
-        )))
-    }
-}
 
 /// Reads and checks a scene file of any shape `T`. No more than [`MAX_BYTES`] are ever read.
 pub fn read<T>(path: &Path) -> Result<T, SceneFileError>
 where
     T: DeserializeOwned + Validate<Context = ()>,
 {
+    parse(&text(path)?, path)
+}
+
+/// The text of a scene file.
+pub(super) fn text(path: &Path) -> Result<String, SceneFileError> {
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
@@ -168,11 +27,10 @@ where
     if bytes.len() as u64 > MAX_BYTES {
         return Err(SceneFileError::TooLarge { path: path.to_owned() });
     }
-    let text = String::from_utf8(bytes).map_err(|error| SceneFileError::NotText {
+    String::from_utf8(bytes).map_err(|error| SceneFileError::NotText {
         path: path.to_owned(),
         offset: error.utf8_error().valid_up_to(),
-    })?;
-    parse(&text, path)
+    })
 }
 
 /// Checks the text of a scene file; `path` is for messages only.
@@ -198,7 +56,7 @@ where
     })
 }
 
-fn options() -> serde_saphyr::Options {
+pub(super) fn options() -> serde_saphyr::Options {
     serde_saphyr::options! {
         budget: serde_saphyr::budget! { max_nodes: 20_000, max_depth: 32, max_aliases: 100 },
         duplicate_keys: serde_saphyr::options::DuplicateKeyPolicy::Error,
@@ -208,20 +66,12 @@ fn options() -> serde_saphyr::Options {
     }
 }
 
-/// Hash of a scene as read: comments and spelling do not enter it, every value does.
-pub fn hash<T: Serialize>(scene: &T) -> Result<String, serde_json::Error> {
-    Ok(blake3::hash(&serde_json::to_vec(scene)?).to_hex().to_string())
-}
-
-/// The JSON schema of a scene file of shape `T`, draft 07, which is what editors read.
-pub fn schema<T: JsonSchema>() -> Result<String, serde_json::Error> {
-    let schema = SchemaSettings::draft07().into_generator().into_root_schema_for::<T>();
-    Ok(serde_json::to_string_pretty(&schema)? + "\n")
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::{EvaluationSpec, hash, is_file_name, is_known_version};
     use super::*;
+    use schemars::JsonSchema;
+    use serde::{Deserialize, Serialize};
 
     const GOOD: &str = "version: 1\nname: tabletop\npurpose: To show it.\nevaluation:\n  seeds: 10\n";
 
@@ -352,14 +202,5 @@ mod tests {
         let missing = read::<Head>(&folder.path().join("missing.yaml")).unwrap_err();
         assert!(missing.to_string().contains("missing.yaml"));
         assert!(matches!(read::<Head>(folder.path()), Err(SceneFileError::Unreadable { .. })));
-    }
-
-    #[test]
-    fn the_schema_is_draft_07_and_closed() {
-        let schema: serde_json::Value = serde_json::from_str(&schema::<SceneFile>().unwrap()).unwrap();
-        assert_eq!(schema["$schema"], "http://json-schema.org/draft-07/schema#");
-        assert_eq!(schema["additionalProperties"], false);
-        assert_eq!(schema["properties"]["purpose"]["maxLength"], 1000);
-        assert_eq!(schema["definitions"]["Seeds"]["oneOf"][0]["maximum"], 1000);
     }
 }

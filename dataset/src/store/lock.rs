@@ -1,16 +1,16 @@
 //! Advisory locks that say who holds them.
 
-use super::super::StoreError;
+use super::StoreError;
 use std::fmt;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Somebody else makes the entry that is asked for.
+/// Somebody else makes what is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Waiting {
-    /// The stage.
+    /// What is made: the stage of a cache, or the data of a folder.
     pub stage: String,
     /// The process that makes it, as far as it is known.
     pub holder: Option<u32>,
@@ -27,7 +27,7 @@ impl fmt::Display for Waiting {
 
 /// Held until dropped; the system drops it when the process ends, however it ends.
 pub(super) struct Lock {
-    _file: File,
+    file: File,
 }
 
 impl Lock {
@@ -48,7 +48,7 @@ impl Lock {
                 Err(TryLockError::Error(error)) => return Err(error),
             }
             sign(&mut file)?;
-            Ok(Self { _file: file })
+            Ok(Self { file })
         };
         take().map_err(StoreError::write(path))
     }
@@ -63,10 +63,32 @@ impl Lock {
                 Err(TryLockError::Error(error)) => return Err(error),
             }
             let rested = file.metadata()?.modified()?.elapsed().unwrap_or_default() >= idle;
-            Ok(rested.then_some(Self { _file: file }))
+            Ok(rested.then_some(Self { file }))
         };
         take().map_err(StoreError::write(path))
     }
+
+    /// Whether the file that is locked is still the one at `path`.
+    pub fn is_at(&self, path: &Path) -> Result<bool, StoreError> {
+        let same = || match std::fs::metadata(path) {
+            Ok(there) => Ok(is_same(&self.file.metadata()?, &there)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+            Err(error) => Err(error),
+        };
+        same().map_err(StoreError::write(path))
+    }
+}
+
+#[cfg(unix)]
+fn is_same(a: &Metadata, b: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// Where a file that is open cannot be replaced.
+#[cfg(not(unix))]
+fn is_same(_: &Metadata, _: &Metadata) -> bool {
+    true
 }
 
 fn open(path: &Path) -> io::Result<File> {

@@ -1,0 +1,86 @@
+//! What results were made on: where that is the same, every difference comes from the code.
+
+use crate::manifest::{FILE_NAME, Host, Manifest, Renderer};
+use serde::Deserialize;
+use std::path::Path;
+
+/// The part of a manifest that tells what computed and rendered.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Machine {
+    renderer: Renderer,
+    host: Host,
+}
+
+impl Machine {
+    /// That of the manifest in `folder`; `None` where there is none that can be read.
+    pub fn read(folder: &Path) -> Option<Self> {
+        serde_json::from_str(&std::fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
+    }
+
+    /// That of a manifest.
+    pub fn of(manifest: &Manifest) -> Self {
+        Self { renderer: manifest.renderer.clone(), host: manifest.host.clone() }
+    }
+
+    /// A sentence on what the baseline was made on, as seen from here.
+    pub fn compared_with(&self, baseline: Option<&Self>) -> String {
+        let Some(baseline) = baseline else {
+            return "The baseline has no manifest: what it was made on is not known.\n".to_owned();
+        };
+        let cpu = |machine: &Self| {
+            let name = machine.host.cpu.clone().unwrap_or_else(|| "an unknown processor".to_owned());
+            format!("{name} ({})", machine.host.arch)
+        };
+        let renderer = |machine: &Self| {
+            let Renderer { name, adapter, driver } = &machine.renderer;
+            [Some(name), adapter.as_ref(), driver.as_ref()]
+                .into_iter()
+                .flatten()
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let others: Vec<String> = [cpu as fn(&Self) -> String, renderer]
+            .into_iter()
+            .filter(|part| part(self) != part(baseline))
+            .map(|part| format!("{}, here {}", part(baseline), part(self)))
+            .collect();
+        if others.is_empty() {
+            "The baseline was made on such a processor, with the same renderer and driver: what differs comes from the code.\n"
+                .to_owned()
+        } else {
+            format!("The baseline was made on {}: scores may differ by rounding.\n", others.join("; "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vantage_dataset::Seed;
+
+    #[test]
+    fn another_processor_or_driver_is_told() {
+        let mut manifest = Manifest::new("abc", &[Seed(0)]);
+        manifest.renderer = Renderer {
+            name: "wgpu".to_owned(),
+            adapter: Some("llvmpipe".to_owned()),
+            driver: Some("Mesa 22".to_owned()),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let here = Machine::of(&manifest);
+        assert_eq!(Machine::read(folder.path()), None);
+        assert!(here.compared_with(None).contains("no manifest"));
+        std::fs::write(folder.path().join(FILE_NAME), manifest.to_json().unwrap()).unwrap();
+        let baseline = Machine::read(folder.path()).unwrap();
+        assert_eq!(baseline, here);
+        assert!(here.compared_with(Some(&baseline)).contains("comes from the code"));
+        manifest.renderer.driver = Some("Mesa 23".to_owned());
+        manifest.host.cpu = Some("Zilog Z80".to_owned());
+        let said = Machine::of(&manifest).compared_with(Some(&baseline));
+        assert!(
+            said.contains("Mesa 22, here wgpu, llvmpipe, Mesa 23") && said.contains("Zilog Z80"),
+            "{said}"
+        );
+    }
+}

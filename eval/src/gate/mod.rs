@@ -1,0 +1,168 @@
+//! The accuracy gate: fresh results against a committed baseline.
+//!
+//! Scores are compared run by run: the same method on the same seed, so that what differs between seeds takes no part.
+//! A score has moved where the mean of its differences is larger than a tolerance, which is above what another processor
+//! or driver does to it. It has regressed, or improved, where their whole 95% interval is. Both directions fail: a gain
+//! that is not written down hides the next loss.
+
+mod comparison;
+mod error;
+mod machine;
+mod verdict;
+
+pub use comparison::{Comparison, Movement, Shift};
+pub use error::GateError;
+pub use machine::Machine;
+pub use verdict::Verdict;
+
+use crate::results::Results;
+use crate::table::Table;
+
+/// Compares `fresh` with `baseline`, score by score.
+pub fn compare(baseline: &Results, fresh: &Results) -> Result<Verdict, GateError> {
+    if (&baseline.scene, &baseline.scene_hash) != (&fresh.scene, &fresh.scene_hash) {
+        return Err(GateError::Scene {
+            scene: fresh.scene.clone(),
+            baseline: baseline.scene_hash.clone(),
+            fresh: fresh.scene_hash.clone(),
+        });
+    }
+    let mut comparisons = Vec::new();
+    for old in &baseline.tables {
+        let new = named(fresh, old.name());
+        if let Some(new) = new
+            && new.seeds() != old.seeds()
+        {
+            let (baseline, fresh) = (old.seeds().len(), new.seeds().len());
+            return Err(GateError::Seeds { table: old.name().to_owned(), baseline, fresh });
+        }
+        comparisons.extend(Comparison::of_tables(Some(old), new));
+    }
+    if comparisons.iter().all(|comparison| comparison.baseline.is_none()) {
+        return Err(GateError::Nothing);
+    }
+    let unknown = fresh.tables.iter().filter(|new| named(baseline, new.name()).is_none());
+    comparisons.extend(unknown.flat_map(|new| Comparison::of_tables(None, Some(new))));
+    Ok(Verdict { comparisons })
+}
+
+fn named<'a>(results: &'a Results, name: &str) -> Option<&'a Table> {
+    results.tables.iter().find(|table| table.name() == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::Metric;
+    use crate::render::Style;
+    use crate::table::tests::{METHODS, runs, table};
+    use crate::table::{Outcome, Run};
+    use vantage_dataset::Seed;
+
+    fn results(runs: Vec<Run>) -> Results {
+        Results::new("tabletop", "abc", vec![table(runs).unwrap()])
+    }
+
+    /// Results whose ATE of the learned method is off by so much on each seed.
+    fn shifted(by: [f64; 4]) -> Results {
+        let mut runs = runs();
+        for run in runs.iter_mut().filter(|run| run.method == METHODS[2]) {
+            *run.scores.get_mut(&Metric::Ate).unwrap() += by[run.seed.0 as usize];
+        }
+        results(runs)
+    }
+
+    fn verdict(fresh: &Results) -> Verdict {
+        compare(&results(runs()), fresh).unwrap()
+    }
+
+    fn moved(verdict: &Verdict) -> Vec<(&str, Movement)> {
+        let moved = verdict.comparisons.iter().filter(|c| c.movement != Movement::Still);
+        moved.map(|c| (c.method.as_str(), c.movement)).collect()
+    }
+
+    #[test]
+    fn equal_results_pass() {
+        let verdict = verdict(&results(runs()));
+        assert!(verdict.passed());
+        assert_eq!(verdict.comparisons.len(), 3 * 2);
+        assert_eq!(
+            verdict.report(Style::Terminal),
+            "0 regressed, 0 improved, 0 moved either way, 0 new, 6 within tolerance\n\
+             All 24 scores are those of the baseline to the last bit.\n"
+        );
+    }
+
+    #[test]
+    fn a_shift_far_below_the_spread_of_the_seeds_is_seen() {
+        // Over the four seeds the ATE itself varies by 0.13: the shift is a tenth of its standard error.
+        let small = verdict(&shifted([0.006, 0.007, 0.005, 0.006]));
+        assert_eq!(moved(&small), [("viewpoint_dependent", Movement::Regressed)]);
+        let shift = small.comparisons.iter().find_map(|c| c.shift).unwrap();
+        assert!((shift.mean.mean - 0.006).abs() < 1e-12 && shift.differing == 4, "{shift:?}");
+        let better = verdict(&shifted([-0.006, -0.007, -0.005, -0.006]));
+        assert_eq!(moved(&better), [("viewpoint_dependent", Movement::Improved)]);
+        assert!(!better.passed() && better.report(Style::Markdown).contains("CHANGELOG"));
+    }
+
+    #[test]
+    fn what_another_processor_does_passes_and_is_told() {
+        let within = verdict(&shifted([0.0009, -0.0004, 0.0002, 0.0]));
+        assert!(within.passed(), "{:?}", moved(&within));
+        let report = within.report(Style::Terminal);
+        assert!(report.contains("3 of 24 scores differ"), "{report}");
+        assert!(report.contains("seed 0"), "the largest difference is there: {report}");
+    }
+
+    #[test]
+    fn one_seed_gone_astray_is_not_lost_in_the_interval() {
+        let astray = verdict(&shifted([0.0, 0.0, 1.0, 0.0]));
+        assert_eq!(moved(&astray), [("viewpoint_dependent", Movement::Unclear)]);
+        let report = astray.report(Style::Markdown);
+        assert!(!astray.passed() && report.contains("1 of 4, most on seed 2"), "{report}");
+    }
+
+    #[test]
+    fn a_failed_run_is_a_regression_even_if_the_mean_gains() {
+        let mut worse = runs();
+        let failed = worse.iter_mut().find(|r| r.method == "odometry" && r.seed == Seed(3)).unwrap();
+        failed.outcome = Outcome::Failed("diverged".into());
+        failed.scores.clear();
+        let worse = results(worse);
+        assert_eq!(verdict(&worse).count(Movement::Regressed), 2);
+        assert!(verdict(&worse).report(Style::Markdown).contains("REGRESSED"));
+        assert_eq!(compare(&worse, &results(runs())).unwrap().count(Movement::Improved), 2);
+    }
+
+    #[test]
+    fn what_is_gone_regressed_and_what_is_new_is_said() {
+        let only = |methods: &[&str]| {
+            let runs = runs().into_iter().filter(|r| methods.contains(&r.method.as_str())).collect();
+            let seeds: Vec<Seed> = (0..4).map(Seed).collect();
+            let metrics = [Metric::Ate, Metric::Heading];
+            let table = Table::new("trajectory", methods, Some("geometric"), &metrics, &seeds, runs);
+            Results::new("tabletop", "abc", vec![table.unwrap()])
+        };
+        let (less, all) = (only(&METHODS[..2]), only(&METHODS));
+        assert_eq!(compare(&all, &less).unwrap().count(Movement::Regressed), 2);
+        assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);
+        let empty = Results::new("tabletop", "abc", vec![]);
+        assert_eq!(compare(&all, &empty).unwrap().count(Movement::Regressed), 6);
+        assert_eq!(compare(&empty, &all), Err(GateError::Nothing));
+    }
+
+    #[test]
+    fn other_scenes_and_seeds_are_not_compared() {
+        let other = Results::new("tabletop", "abd", vec![table(runs()).unwrap()]);
+        assert!(matches!(compare(&results(runs()), &other), Err(GateError::Scene { .. })));
+        let seeds: Vec<Seed> = (0..3).map(Seed).collect();
+        let fewer = runs().into_iter().filter(|r| r.seed < Seed(3)).collect();
+        let metrics = [Metric::Ate, Metric::Heading];
+        let table = Table::new("trajectory", &METHODS, Some("geometric"), &metrics, &seeds, fewer).unwrap();
+        let fewer = Results::new("tabletop", "abc", vec![table]);
+        assert!(matches!(
+            compare(&results(runs()), &fewer),
+            Err(GateError::Seeds { baseline: 4, fresh: 3, .. })
+        ));
+    }
+}

@@ -1,0 +1,118 @@
+//! All compared scores, in words.
+
+use super::comparison::{Comparison, Movement, Shift};
+use crate::metric::Metric;
+use crate::render::{Style, draw};
+use crate::statistics::Mean;
+
+const HEAD: [&str; 8] =
+    ["Table", "Method", "Score", "Baseline", "Now", "Paired difference", "Seeds that differ", "Verdict"];
+
+/// All compared scores.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// By table, method, metric.
+    pub comparisons: Vec<Comparison>,
+}
+
+impl Verdict {
+    /// Whether nothing moved.
+    pub fn passed(&self) -> bool {
+        self.comparisons.iter().all(|c| c.movement == Movement::Still)
+    }
+
+    /// How many scores moved so.
+    pub fn count(&self, movement: Movement) -> usize {
+        self.comparisons.iter().filter(|c| c.movement == movement).count()
+    }
+
+    /// Two lines, and a table of what moved where something did, worst first.
+    pub fn report(&self, style: Style) -> String {
+        let of = |movement| self.count(movement);
+        let line = format!(
+            "{} regressed, {} improved, {} moved either way, {} new, {} within tolerance\n{}\n",
+            of(Movement::Regressed),
+            of(Movement::Improved),
+            of(Movement::Unclear),
+            of(Movement::New),
+            of(Movement::Still),
+            self.differing()
+        );
+        if self.passed() {
+            return line;
+        }
+        let mut moved: Vec<&Comparison> =
+            self.comparisons.iter().filter(|c| c.movement != Movement::Still).collect();
+        moved.sort_by_key(|c| match c.movement {
+            Movement::Regressed => 0,
+            Movement::Unclear => 1,
+            Movement::Improved => 2,
+            Movement::New | Movement::Still => 3,
+        });
+        let rows = moved.into_iter().map(cells).collect();
+        let remedy = if of(Movement::Regressed) + of(Movement::Unclear) > 0 {
+            "Find out why before going on.\n"
+        } else {
+            "Better or more than the baseline: run `bench` on the scene, commit its results, and say why in the CHANGELOG.\n"
+        };
+        format!("{line}\n{}\n\n{remedy}", draw(style, &HEAD.map(str::to_owned), rows))
+    }
+
+    /// How many scores of single runs are not the baseline's, and which the least.
+    fn differing(&self) -> String {
+        let shifts = || self.comparisons.iter().filter_map(|c| Some((c, c.shift.as_ref()?)));
+        let all: usize = shifts().map(|(_, shift)| shift.mean.n).sum();
+        let differing: usize = shifts().map(|(_, shift)| shift.differing).sum();
+        let share = |(c, shift): &(&Comparison, &Shift)| {
+            let (_, old, new) = shift.most;
+            (new - old).abs() / c.tolerance()
+        };
+        match shifts().max_by(|a, b| share(a).total_cmp(&share(b))) {
+            Some((c, shift)) if differing > 0 => {
+                let (seed, old, new) = shift.most;
+                format!(
+                    "{differing} of {all} scores differ from the baseline, most the {} of {} on seed {}: {} there, {} now.",
+                    c.metric.heading(),
+                    c.method,
+                    seed.0,
+                    c.metric.display(old),
+                    c.metric.display(new)
+                )
+            }
+            _ => format!("All {all} scores are those of the baseline to the last bit."),
+        }
+    }
+}
+
+fn cells(comparison: &Comparison) -> Vec<String> {
+    let metric = comparison.metric;
+    let mean = |mean: Option<Mean>| {
+        mean.map_or_else(|| "-".to_owned(), |mean| format!("{} (n={})", metric.display(mean.mean), mean.n))
+    };
+    let shift = comparison.shift.as_ref();
+    let verdict = match comparison.movement {
+        Movement::Still => "still",
+        Movement::Improved => "improved: baseline out of date",
+        Movement::Regressed => "REGRESSED",
+        Movement::Unclear => "MOVED, too unlike by seed to say which way",
+        Movement::New => "new: not in the baseline",
+    };
+    vec![
+        comparison.table.clone(),
+        comparison.method.clone(),
+        metric.heading(),
+        mean(comparison.baseline),
+        mean(comparison.fresh),
+        shift.map_or_else(|| "-".to_owned(), |shift| with_interval(metric, shift.mean)),
+        shift.map_or_else(
+            || "-".to_owned(),
+            |shift| format!("{} of {}, most on seed {}", shift.differing, shift.mean.n, shift.most.0.0),
+        ),
+        verdict.to_owned(),
+    ]
+}
+
+fn with_interval(metric: Metric, mean: Mean) -> String {
+    let center = metric.display(mean.mean);
+    mean.half_width.map_or_else(|| center.clone(), |half| format!("{center} +- {}", metric.display(half)))
+}

@@ -1,0 +1,52 @@
+//! Why a scene file is refused.
+
+use super::MAX_BYTES;
+use std::path::PathBuf;
+use thiserror::Error;
+use vantage_sim::scene::SceneError;
+
+/// Why a scene file is refused.
+#[derive(Debug, Error)]
+pub enum SceneFileError {
+    /// It cannot be read.
+    #[error("cannot read the scene {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is far larger than any scene.
+    #[error(
+        "the scene {} is larger than {MAX_BYTES} bytes: a scene is a page of YAML, is this the right file?",
+        path.display()
+    )]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is not text.
+    #[error("the scene {} is not UTF-8 text (byte {offset})", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Offset of the first byte that is not.
+        offset: usize,
+    },
+    /// It is no scene: the message holds line, column and a snippet for each reason.
+    #[error("the scene {} is not valid:\n{message}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// All reasons.
+        message: String,
+    },
+    /// It breaks a rule of the simulated part, or names a mesh that cannot be used.
+    #[error("the scene {} is not valid: {source}", path.display())]
+    Rules {
+        /// The file.
+        path: PathBuf,
+        /// The rule.
+        source: SceneError,
+    },
+}
