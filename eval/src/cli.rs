@@ -29,6 +29,8 @@ pub enum Command {
     Import(ImportArgs),
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),
+    /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
+    Models(ModelsArgs),
     /// Trains the scene's model from scratch.
     #[cfg(feature = "train")]
     Train(TrainArgs),
@@ -129,6 +131,14 @@ pub struct LookArgs {
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
+}
+
+/// `bench models DIR...`: what model folders hold.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ModelsArgs {
+    /// The folders.
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.

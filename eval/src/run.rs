@@ -14,6 +14,7 @@ pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Dataset(args)) => command::dataset(args, stdout),
         Some(Command::Import(args)) => command::import(args, stdout),
         Some(Command::Look(args)) => command::look(args, stdout),
+        Some(Command::Models(args)) => command::models(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Train(args)) => command::train(args, stdout),
         Some(Command::Schema) => {

@@ -4,6 +4,7 @@ mod check;
 mod dataset;
 mod import;
 mod look;
+mod models;
 mod pictures;
 mod score;
 mod tables;
@@ -14,6 +15,7 @@ pub use check::check;
 pub use dataset::dataset;
 pub use import::import;
 pub use look::look;
+pub use models::models;
 pub use score::bench;
 #[cfg(feature = "train")]
 pub use train::train;

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, Symmetry, View, ViewSet};
-use vantage_learn::{LatentGaussian, LatentLayout, ViewpointModel};
+use vantage_learn::{LatentGaussian, ViewpointModel};
 
 const FILE: &str = "unseen.json";
 /// Name of the latents' row.
@@ -96,7 +96,7 @@ fn score(seed: Seed, set: &ViewSet, model: &ViewpointModel) -> Result<Unseen, Be
     let (trials, likelihood) = viewpoints(set, &factors, model)?;
 
     let embeddings: Vec<Vec<f32>> =
-        factors.iter().map(|factor| steady(&single(factor, model).mean, model.latent())).collect();
+        factors.iter().map(|factor| steady(&single(factor, model).mean, model)).collect();
     let mut latents = partition(set, &embeddings);
     let summary = summarize(&trials.iter().cloned().map(ViewpointTrial::from).collect::<Vec<_>>());
     if let Some(shape) = summary.model {
@@ -120,16 +120,12 @@ fn score(seed: Seed, set: &ViewSet, model: &ViewpointModel) -> Result<Unseen, Be
 
 /// The posterior of a latent after one view.
 fn single(factor: &LatentGaussian, model: &ViewpointModel) -> LatentGaussian {
-    LatentGaussian::posterior(model.latent().dimension(), std::slice::from_ref(factor))
+    LatentGaussian::posterior(model.latent().dimension, std::slice::from_ref(factor))
 }
 
-/// What of a latent does not turn with the object's unknown heading: the invariant numbers, and each pair's length.
-fn steady(latent: &DVector<f64>, layout: LatentLayout) -> Vec<f32> {
-    let pairs = layout.pairs();
-    let length =
-        |pair: usize| libm::hypot(latent[layout.invariant + pair], latent[layout.invariant + pairs + pair]);
-    let invariant = latent.iter().take(layout.invariant).copied();
-    invariant.chain((0..pairs).map(length)).map(|number| number as f32).collect()
+/// What of a latent does not turn with the object's unknown heading.
+fn steady(latent: &DVector<f64>, model: &ViewpointModel) -> Vec<f32> {
+    model.latent().steady(latent).into_iter().map(|number| number as f32).collect()
 }
 
 /// Clustering with the number of instances given, and retrieval across light.
@@ -169,7 +165,7 @@ fn viewpoints(
         let own = || set.views.iter().zip(factors).filter(move |(view, _)| view.instance == index);
         let known: Vec<LatentGaussian> =
             own().filter(|(view, _)| view.session % 2 == 0).map(|(_, factor)| factor.clone()).collect();
-        let latent = LatentGaussian::posterior(model.latent().dimension(), &known).mean;
+        let latent = LatentGaussian::posterior(model.latent().dimension, &known).mean;
         for (view, _) in own().filter(|(view, _)| view.session % 2 == 1) {
             let likelihood = Likelihood::new(model, &latent, view)?;
             let azimuth = view.viewpoint.azimuth();

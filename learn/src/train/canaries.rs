@@ -5,7 +5,7 @@ use super::network::{Autoencoder, Turn, for_each_number, seen, upright};
 use super::views::{Views, numbers};
 use crate::architecture::Architecture;
 use crate::canary::{Canary, CanaryCase, TOLERANCE};
-use crate::manifest::Role;
+use crate::role::Role;
 use burn::tensor::{Device, Tensor, TensorData};
 use vantage_dataset::viewpoint::CONDITIONING;
 
