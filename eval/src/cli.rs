@@ -31,6 +31,8 @@ pub enum Command {
     Import(ImportArgs),
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),
+    /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
+    Models(ModelsArgs),
     /// Trains models in several ways on the same views and compares them.
     #[cfg(feature = "train")]
     Study(StudyArgs),
@@ -175,6 +177,14 @@ pub struct StudyArgs {
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
+}
+
+/// `bench models DIR...`: what model folders hold.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ModelsArgs {
+    /// The folders.
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.

@@ -142,17 +142,6 @@ pub enum BenchError {
         /// What Rerun said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The list of instances that a model has seen is missing or damaged.
-    #[error(
-        "{}: {reason}; the list says which instances the model was trained on, so that none of them is scored: train \
-         the model anew, or write the list", path.display()
-    )]
-    TrainingInstances {
-        /// The list.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
     /// An instance that would be scored is among those that the model has seen.
     #[error(
         "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \
@@ -256,9 +245,7 @@ impl BenchError {
             | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
-            BenchError::Model(_)
-            | BenchError::TrainingInstances { .. }
-            | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
+            BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]
             BenchError::Train(error) => training_exit(error),
             #[cfg(not(feature = "train"))]

@@ -15,6 +15,7 @@ pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Figures(args)) => command::figures(args, stdout),
         Some(Command::Import(args)) => command::import(args, stdout),
         Some(Command::Look(args)) => command::look(args, stdout),
+        Some(Command::Models(args)) => command::models(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Study(args)) => command::study(args, stdout),
         #[cfg(feature = "train")]

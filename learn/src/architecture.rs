@@ -1,6 +1,7 @@
 //! The sizes of the networks: what a change of architecture edits.
 
 use crate::latent::LatentLayout;
+use crate::role::{Convention, Kind};
 use crate::spec::{Motion, Objective, TrainingSpec};
 use serde::{Deserialize, Serialize};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
@@ -14,46 +15,13 @@ pub const PIXEL_CENTER: f32 = 0.5;
 /// Range of the logarithm of a latent's variance in one view's factor.
 pub const LOG_VARIANCE: (f32, f32) = (-8.0, 4.0);
 
-/// What the networks are told of a viewpoint, or of its change.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Convention {
-    /// `x_rel`: see [`Viewpoint::conditioning`](vantage_dataset::Viewpoint::conditioning).
-    #[default]
-    Viewpoint,
-    /// From one view of an object to another, about its centre: cosine and sine of `m` times the change of azimuth for
-    /// `m = 1..=5`, the upright numbers of the first view (zeros where there is none), those of the second.
-    ObjectCentredChange,
-    /// `first_camera_from_second_camera`: the rotation's first two columns, then the translation in metres.
-    CameraMotion,
-    /// Nothing.
-    None,
-}
-
-impl Convention {
-    /// How many numbers.
-    pub fn width(self) -> usize {
-        match self {
-            Convention::Viewpoint => CONDITIONING,
-            Convention::ObjectCentredChange => CONDITIONING + UPRIGHT,
-            Convention::CameraMotion => 9,
-            Convention::None => 0,
-        }
-    }
-
-    /// Whether its first numbers are the harmonics of an angle by which a latent can turn.
-    pub fn turns(self) -> bool {
-        matches!(self, Convention::Viewpoint | Convention::ObjectCentredChange)
-    }
-}
-
 /// The networks of a model, by their sizes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Architecture {
-    /// What the networks are told of viewpoints.
-    #[serde(default)]
-    pub convention: Convention,
+    /// What the networks are told of viewpoints, if anything.
+    #[serde(default = "viewpoints")]
+    pub convention: Option<Convention>,
     /// Output channels of the trunk's convolutions: 4x4, stride 2, padding 1, each followed by a ReLU.
     pub trunk: Vec<usize>,
     /// Numbers of the trunk's features `t(z)`: a linear layer and a ReLU on the last convolution.
@@ -82,14 +50,15 @@ impl Architecture {
     /// The networks that a training asks for; `None` where its latent is too small.
     pub fn new(spec: &TrainingSpec) -> Option<Self> {
         let convention = match (spec.objective, spec.predictive.motion) {
-            (Objective::ViewpointDependent, _) => Convention::Viewpoint,
+            (Objective::ViewpointDependent, _) => Some(Convention::AzimuthHarmonics),
             (Objective::ViewpointPredictive, Motion::ObjectCentred | Motion::TrueObjectCentred) => {
-                Convention::ObjectCentredChange
+                Some(Convention::ObjectCentredChange)
             }
-            (Objective::ViewpointPredictive, Motion::Camera) => Convention::CameraMotion,
-            (Objective::Autoencoder | Objective::Contrastive, _) => Convention::None,
+            (Objective::ViewpointPredictive, Motion::Camera) => Some(Convention::CameraMotion),
+            (Objective::Autoencoder | Objective::Contrastive, _) => None,
         };
-        let latent = if spec.steerable && convention.turns() {
+        let turns = convention.is_some_and(Convention::turns);
+        let latent = if spec.steerable && turns {
             LatentLayout::with_dimension(spec.latent_dim)?
         } else {
             LatentLayout { invariant: spec.latent_dim, pairs_per_harmonic: 0 }
@@ -102,23 +71,37 @@ impl Architecture {
             encoder: vec![256, 256],
             latent,
             decoder: vec![256, 256],
-            decoder_sees_azimuth: convention == Convention::Viewpoint
-                || (convention.turns() && !spec.steerable),
+            decoder_sees_azimuth: convention == Some(Convention::AzimuthHarmonics)
+                || (turns && !spec.steerable),
             decoder_sees_source: spec.objective == Objective::ViewpointPredictive
                 && spec.predictive.source > 0.0,
             components: 96,
         })
     }
 
+    /// What such a model is.
+    pub fn kind(&self) -> Kind {
+        match self.convention {
+            Some(Convention::AzimuthHarmonics) => Kind::ViewpointDependent,
+            Some(Convention::ObjectCentredChange | Convention::CameraMotion) => Kind::ViewpointPredictive,
+            None => Kind::Embedding,
+        }
+    }
+
+    /// Numbers of the conditioning.
+    pub fn conditioning(&self) -> usize {
+        self.convention.map_or(0, Convention::numbers)
+    }
+
     /// Numbers of the conditioning that the encoder sees.
     pub fn encoder_conditioning(&self) -> usize {
-        if self.convention == Convention::Viewpoint { UPRIGHT } else { 0 }
+        if self.kind() == Kind::ViewpointDependent { UPRIGHT } else { 0 }
     }
 
     /// Numbers at the end of the conditioning that the decoder sees beside the latent.
     pub fn decoder_conditioning(&self) -> usize {
-        let harmonics = if self.convention.turns() && !self.decoder_sees_azimuth { 2 * HARMONICS } else { 0 };
-        self.convention.width() - harmonics
+        let turns = self.convention.is_some_and(Convention::turns);
+        self.conditioning() - if turns && !self.decoder_sees_azimuth { 2 * HARMONICS } else { 0 }
     }
 
     /// Numbers the decoder sees.
@@ -126,4 +109,8 @@ impl Architecture {
         let source = if self.decoder_sees_source { self.measurement } else { 0 };
         self.latent.dimension() + self.decoder_conditioning() + source
     }
+}
+
+fn viewpoints() -> Option<Convention> {
+    Some(Convention::AzimuthHarmonics)
 }

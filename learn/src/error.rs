@@ -1,7 +1,7 @@
 //! Why a model folder is refused.
 
-use crate::manifest::Role;
 pub use crate::onnx::error::GraphError;
+use crate::role::{Kind, Role};
 use std::path::PathBuf;
 
 /// Why a model folder cannot be loaded, or a loaded model not be run.
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub enum ModelError {
     /// A file is not there or cannot be read.
     #[error(
-        "cannot read {path:?}: {source}; a model folder holds model.json, canary.json and five .onnx files"
+        "cannot read {path:?}: {source}; a model folder holds model.yaml and the files it names, see docs/models.md"
     )]
     Read {
         /// The file.
@@ -28,7 +28,21 @@ pub enum ModelError {
         /// The limit.
         limit: u64,
     },
-    /// A JSON file that does not parse, or lacks or exceeds its fields.
+    /// Something other than a file, such as a device.
+    #[error("{path:?} is not a file")]
+    NotAFile {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// A manifest that does not parse, or lacks or exceeds its fields.
+    #[error("{path:?} is not valid:\n{message}")]
+    Yaml {
+        /// The manifest.
+        path: PathBuf,
+        /// Line, column and field.
+        message: String,
+    },
+    /// A canary that does not parse, or lacks or exceeds its fields.
     #[error("{path:?}: {source}")]
     Json {
         /// The file.
@@ -37,7 +51,7 @@ pub enum ModelError {
         source: serde_json::Error,
     },
     /// Another format, or another version of it.
-    #[error("{path:?} is {got:?}, expected {expected:?}; train the model anew")]
+    #[error("{path:?} is {got:?}, expected {expected:?}; see docs/models.md")]
     Version {
         /// The manifest.
         path: PathBuf,
@@ -67,7 +81,7 @@ pub enum ModelError {
         source: GraphError,
     },
     /// A file other than the one the manifest was written for.
-    #[error("{path:?} has BLAKE3 {got}, the manifest says {expected}; the folder was mixed or damaged")]
+    #[error("{path:?} has SHA-256 {got}, the manifest says {expected}; the folder was mixed or damaged")]
     Hash {
         /// The file.
         path: PathBuf,
@@ -76,9 +90,9 @@ pub enum ModelError {
         /// Hash in the manifest.
         expected: String,
     },
-    /// A graph that computes something else than it did where it was trained.
+    /// A graph that computes something else than it did where it was made.
     #[error(
-        "{path:?}: output {output:?} differs from the trainer's by {got:e}, at most {tolerance:e} is allowed"
+        "{path:?}: output {output:?} differs from its maker's by {got:e}, at most {tolerance:e} is allowed"
     )]
     Canary {
         /// The graph's file.
@@ -90,8 +104,27 @@ pub enum ModelError {
         /// The limit.
         tolerance: f32,
     },
+    /// A model of a kind that a use has nothing to do with.
+    #[error("{path:?} is a model of kind {got}, expected one of kind {expected}")]
+    Kind {
+        /// The manifest.
+        path: PathBuf,
+        /// Its kind.
+        got: Kind,
+        /// The kind that is needed.
+        expected: Kind,
+    },
+    /// A graph that a model of its kind may have, and this one has not.
+    #[error("the model has no graph {role}")]
+    Absent {
+        /// The graph.
+        role: Role,
+    },
+    /// A crop without a viewpoint, for an encoder that is told it.
+    #[error("the encoder of a viewpoint-dependent model needs the crop's viewpoint")]
+    NoViewpoint,
     /// A run of a loaded model that failed.
-    #[error("{role:?}: {source}")]
+    #[error("{role}: {source}")]
     Run {
         /// The graph.
         role: Role,

@@ -4,7 +4,29 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::viewpoint::HARMONICS;
 
-/// How a latent is laid out: `[invariant | first of each pair | second of each pair]`.
+/// A model's latent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Latent {
+    /// Numbers in it.
+    pub dimension: usize,
+    /// Which of them turn with the azimuth, where the model has learned to turn them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steerable: Option<LatentLayout>,
+}
+
+impl Latent {
+    /// What of a latent says which object it is, whatever the object's heading: the invariant numbers and the length
+    /// of each pair of a steerable latent, all numbers of another.
+    pub fn steady(&self, latent: &DVector<f64>) -> Vec<f64> {
+        match self.steerable {
+            Some(layout) => layout.steady(latent),
+            None => latent.as_slice().to_vec(),
+        }
+    }
+}
+
+/// How a steerable latent is laid out: `[invariant | first of each pair | second of each pair]`.
 ///
 /// The invariant part looks the same from every azimuth. Pair `p` belongs to harmonic
 /// `m = p / pairs_per_harmonic + 1` and turns by `m * azimuth`: an object seen from azimuth `a` has, in the
@@ -45,6 +67,18 @@ impl LatentLayout {
     /// The harmonic `m` of a pair.
     pub fn harmonic(&self, pair: usize) -> usize {
         pair / self.pairs_per_harmonic + 1
+    }
+
+    /// The numbers that do not turn: the invariant ones, and the length of each pair.
+    ///
+    /// # Panics
+    /// If `latent` is not of this layout's dimension.
+    pub fn steady(&self, latent: &DVector<f64>) -> Vec<f64> {
+        assert_eq!(latent.len(), self.dimension(), "a latent of another layout");
+        let pairs = self.pairs();
+        let length =
+            |pair: usize| libm::hypot(latent[self.invariant + pair], latent[self.invariant + pairs + pair]);
+        latent.iter().take(self.invariant).copied().chain((0..pairs).map(length)).collect()
     }
 
     /// The latent of the object turned by `-angle` about its z axis, so that
@@ -124,6 +158,21 @@ mod tests {
         assert_relative_eq!(layout.turned(&turned, -0.8), e, epsilon = 1e-12);
         assert_relative_eq!(layout.turned(&turned, 0.5), layout.turned(&e, 1.3), epsilon = 1e-12);
         assert_relative_eq!(layout.turned(&e, 2.0 * std::f64::consts::PI), e, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn what_is_steady_does_not_turn_and_without_a_layout_it_is_everything() {
+        let layout = LatentLayout::with_dimension(40).unwrap();
+        let e = latent(layout);
+        let steady = DVector::from_vec(layout.steady(&e));
+        assert_eq!(steady.len(), layout.invariant + layout.pairs());
+        assert_relative_eq!(
+            DVector::from_vec(layout.steady(&layout.turned(&e, 1.7))),
+            steady,
+            epsilon = 1e-12
+        );
+        let latent = Latent { dimension: 40, steerable: None };
+        assert_eq!(latent.steady(&e), e.as_slice());
     }
 
     #[test]

@@ -14,32 +14,50 @@
 //! | `p(z \| e, x)` | [`ViewpointModel::predict`], [`ViewpointModel::linearize`], [`ViewpointModel::reconstruct`] |
 //! | `m(z)` of IV-C | [`ViewpointModel::measure`], with [`ResidualNoise`] |
 //!
-//! A model is a folder of ONNX graphs with a manifest. The `train` feature (on by default) writes such folders with
+//! [`Model`] is any of three kinds, [`ViewpointModel`] the one of this table; [`PredictiveModel`] is that of Eq. 15-20.
+//! Each is a folder of ONNX graphs with a manifest, ours or anyone's. The `train` feature (on by default) writes such folders with
 //! burn; reading and running them needs tract alone.
 
 mod architecture;
 mod canary;
+mod change;
+mod difference;
+mod embedding_model;
 mod error;
+mod folder;
 mod latent;
 mod manifest;
 mod model;
 mod onnx;
+mod predictive_model;
 mod residual;
+mod role;
 mod spec;
 #[cfg(feature = "train")]
 mod train;
+mod viewing;
+mod viewpoint_model;
 
-pub use architecture::{Architecture, Convention};
+pub use architecture::Architecture;
 pub use canary::{CANARY, Canary, CanaryCase};
+pub use change::{camera_motion, object_centred_change};
+pub use embedding_model::EmbeddingModel;
 pub use error::{GraphError, ModelError};
-pub use latent::{LatentGaussian, LatentLayout};
-pub use manifest::{FileRecord, GraphRecord, MANIFEST, Manifest, Role, TrainingRecord};
-pub use model::{LARGEST_FILE, Linearization, ViewpointModel};
-pub use onnx::{OPERATORS, OPSET, Signature, TensorSpec};
+pub use folder::LARGEST_FILE;
+pub use latent::{Latent, LatentGaussian, LatentLayout};
+pub use manifest::{
+    FORMAT, FileRecord, GraphRecord, MANIFEST, Manifest, TrainingDetails, TrainingRecord, VERSION,
+};
+pub use model::Model;
+pub use onnx::{OPERATORS, OPSETS, Signature, TensorSpec};
+pub use predictive_model::{PredictiveLinearization, PredictiveModel};
 pub use residual::ResidualNoise;
+pub use role::{Convention, Kind, Role, Sizes};
 pub use spec::{ClassSpec, Motion, Objective, Pairs, PredictiveSpec, TrainingSpec};
 #[cfg(feature = "train")]
 pub use train::{
-    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, Progress, SHEET, Stage, TrainError, Training, train,
-    view_set_hash,
+    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, INSTANCE_LIST, Progress, SHEET, Stage, TrainError, Training,
+    train, view_set_hash,
 };
+pub use viewing::Viewing;
+pub use viewpoint_model::{Linearization, ViewpointModel};

@@ -1,108 +1,56 @@
-//! `model.json`: what a model folder holds, and where it came from.
+//! `model.yaml`: what a model folder holds, and where it came from.
 
 use crate::architecture::Architecture;
+use crate::error::ModelError;
+use crate::latent::Latent;
 use crate::onnx::{Signature, TensorSpec};
 use crate::residual::ResidualNoise;
+use crate::role::{Convention, Kind, Role, Sizes};
 use crate::spec::TrainingSpec;
-use serde::{Deserialize, Serialize};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_saphyr::FlowMap;
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::path::{Component, Path};
 use vantage_dataset::Seed;
-use vantage_dataset::crop::CROP_SIDE;
-use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 
 /// The manifest's file; written last, so that a folder without it is not a model.
-pub const MANIFEST: &str = "model.json";
+pub const MANIFEST: &str = "model.yaml";
 /// Format written and read.
-pub const FORMAT: &str = "vantage viewpoint-dependent model";
+pub const FORMAT: &str = "vantage model";
 /// Version of the format written and read.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
+/// Largest size of a latent and of a measurement.
+const LARGEST_SIZE: usize = 65_536;
 
-/// A graph of the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// `q(e | z, x_rel)`: crop and conditioning to mean and log variance of a view's factor on the latent.
-    Encoder,
-    /// `m(z)`: crop to reduced measurement.
-    Measurement,
-    /// `p(m | e, x_rel)`: latent and conditioning to reduced measurement.
-    Decoder,
-    /// The decoder with its derivatives to the latent and to the conditioning.
-    DecoderJacobian,
-    /// `p(z | e, x_rel)`: latent and conditioning to crop.
-    Image,
-}
-
-impl Role {
-    /// All roles.
-    pub const ALL: [Role; 5] =
-        [Role::Encoder, Role::Measurement, Role::Decoder, Role::DecoderJacobian, Role::Image];
-
-    /// Its file in the folder.
-    pub fn file(self) -> &'static str {
-        match self {
-            Role::Encoder => "encoder.onnx",
-            Role::Measurement => "measurement.onnx",
-            Role::Decoder => "decoder.onnx",
-            Role::DecoderJacobian => "decoder_jacobian.onnx",
-            Role::Image => "image.onnx",
-        }
-    }
-
-    /// Its tensors: batch of 1, crops `[1, 3, 32, 32]` in `[0, 1]` (channel, row, column).
-    pub fn signature(self, latent: usize, measurement: usize) -> Signature {
-        let crop = TensorSpec::new("crop", &[1, 3, CROP_SIDE, CROP_SIDE]);
-        let conditioning = TensorSpec::new("conditioning", &[1, CONDITIONING]);
-        let latent_vector = |name| TensorSpec::new(name, &[1, latent]);
-        let m = TensorSpec::new("measurement", &[1, measurement]);
-        let from_latent = vec![latent_vector("latent"), conditioning.clone()];
-        let (inputs, outputs) = match self {
-            Role::Encoder => {
-                (vec![crop, conditioning], vec![latent_vector("mean"), latent_vector("log_variance")])
-            }
-            Role::Measurement => (vec![crop], vec![m]),
-            Role::Decoder => (from_latent, vec![m]),
-            Role::DecoderJacobian => {
-                let d_latent = TensorSpec::new("d_latent", &[measurement, latent]);
-                let d_conditioning = TensorSpec::new("d_conditioning", &[measurement, CONDITIONING]);
-                (from_latent, vec![m, d_latent, d_conditioning])
-            }
-            Role::Image => (from_latent, vec![crop]),
-        };
-        Signature { inputs, outputs }
-    }
-}
-
-/// The names of the conditioning's numbers, in order: see
-/// [`Viewpoint::conditioning`](vantage_dataset::Viewpoint::conditioning).
-pub fn conditioning_names() -> Vec<String> {
-    let azimuth = (1..=HARMONICS).flat_map(|m| [format!("cos {m} azimuth"), format!("sin {m} azimuth")]);
-    let upright = ["sin elevation", "cos roll", "sin roll", "log(distance / size)"];
-    azimuth.chain(upright.map(String::from)).collect()
-}
-
-/// `model.json`.
+/// `model.yaml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// `vantage viewpoint-dependent model`.
+    /// `vantage model`.
     pub format: String,
-    /// 1, the version written and read.
+    /// 2, the version written and read.
     pub version: u32,
-    /// ONNX operator set of the graphs.
-    pub opset: i64,
-    /// Sizes of the networks and layout of the latent.
-    pub architecture: Architecture,
-    /// What the conditioning's numbers are, in order.
-    pub conditioning: Vec<String>,
+    /// What the model is.
+    pub kind: Kind,
+    /// Numbers in a latent, and how they are laid out.
+    pub latent: Latent,
+    /// Numbers in the reduced measurement; an embedding has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measurement: Option<usize>,
+    /// What the networks are told of the viewpoint; an embedding is told nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conditioning: Option<Convention>,
     /// The graphs.
     pub graphs: BTreeMap<Role, GraphRecord>,
-    /// Noise of the reduced measurement.
-    pub residual: ResidualNoise,
-    /// Inputs with the trainer's outputs, which a loader replays.
-    pub canary: FileRecord,
+    /// Noise of the reduced measurement; an embedding has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual: Option<ResidualNoise>,
     /// Where the model came from.
     pub training: TrainingRecord,
+    /// Inputs with their maker's outputs, which a loader replays. Written last: a manifest that was cut short lacks it, or some of its hash.
+    pub canary: FileRecord,
 }
 
 /// A file of the folder.
@@ -111,8 +59,8 @@ pub struct Manifest {
 pub struct FileRecord {
     /// Its name.
     pub file: String,
-    /// BLAKE3 of its bytes, hexadecimal.
-    pub blake3: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
 }
 
 /// A graph of the folder.
@@ -121,32 +69,242 @@ pub struct FileRecord {
 pub struct GraphRecord {
     /// Its name.
     pub file: String,
-    /// BLAKE3 of its bytes, hexadecimal.
-    pub blake3: String,
-    /// Its tensors.
-    pub signature: Signature,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// Shapes of its inputs, by name.
+    #[serde(serialize_with = "on_one_line")]
+    pub inputs: BTreeMap<String, Vec<usize>>,
+    /// Shapes of its outputs, by name.
+    #[serde(serialize_with = "on_one_line")]
+    pub outputs: BTreeMap<String, Vec<usize>>,
 }
 
 /// The birth certificate of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingRecord {
-    /// Hash of the training views.
+    /// Who or what made the model: a program and its version, a paper, an address.
+    pub origin: String,
+    /// Hash of the data it was trained on.
     pub data_hash: String,
+    /// The instances it was trained or calibrated on, a line of 16 hexadecimal digits each: none of them is scored.
+    pub instances: FileRecord,
+    /// What else its maker says of the data: scene, renderer and so on.
+    #[serde(default)]
+    pub provenance: BTreeMap<String, String>,
+    /// How it was trained, where this project's trainer did it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub details: Option<TrainingDetails>,
+}
+
+/// What this project's trainer records.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainingDetails {
     /// Hash of the validation views.
     pub validation_hash: String,
-    /// What the maker of the views says of them: scene, renderer and so on.
-    pub provenance: BTreeMap<String, String>,
     /// Seed of the training.
     pub seed: Seed,
     /// How it was trained.
     pub spec: TrainingSpec,
+    /// Sizes of the networks.
+    pub architecture: Architecture,
     /// Training instances.
     pub instances: usize,
     /// Training views.
     pub views: usize,
     /// Last loss of each stage.
     pub final_loss: BTreeMap<String, f64>,
-    /// Version of this crate.
-    pub trainer: String,
+}
+
+impl FileRecord {
+    /// The record of a file of these bytes.
+    pub fn new(file: &str, bytes: &[u8]) -> Self {
+        Self { file: file.into(), sha256: sha256(bytes) }
+    }
+}
+
+impl GraphRecord {
+    /// The record of a graph in a file of these bytes.
+    pub fn new(file: &str, bytes: &[u8], signature: &Signature) -> Self {
+        let shapes = |side: &[TensorSpec]| side.iter().map(|t| (t.name.clone(), t.shape.clone())).collect();
+        let (inputs, outputs) = (shapes(&signature.inputs), shapes(&signature.outputs));
+        Self { file: file.into(), sha256: sha256(bytes), inputs, outputs }
+    }
+}
+
+impl Manifest {
+    /// The manifest in the bytes of `path`: of this version, whole, and without contradiction.
+    pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ModelError> {
+        check_version(path, bytes)?;
+        let manifest: Self = yaml(path, bytes)?;
+        manifest.check(path)?;
+        Ok(manifest)
+    }
+
+    /// As YAML.
+    #[cfg(feature = "train")]
+    pub(crate) fn to_yaml(&self) -> Result<String, String> {
+        let options = serde_saphyr::ser_options! { prefer_block_scalars: false };
+        serde_saphyr::to_string_with_options(self, options).map_err(|error| error.to_string())
+    }
+
+    /// The sizes that decide the shapes of the graphs.
+    pub fn sizes(&self) -> Sizes {
+        Sizes {
+            latent: self.latent.dimension,
+            measurement: self.measurement.unwrap_or(0),
+            conditioning: self.conditioning.map_or(0, Convention::numbers),
+        }
+    }
+
+    fn check(&self, path: &Path) -> Result<(), ModelError> {
+        let fault = |field: &str, got: String, expected: &str| {
+            Err(ModelError::Manifest {
+                path: path.into(),
+                field: field.into(),
+                got,
+                expected: expected.into(),
+            })
+        };
+        let in_range = |size: usize| (1..=LARGEST_SIZE).contains(&size);
+        if !in_range(self.latent.dimension) {
+            return fault("latent.dimension", self.latent.dimension.to_string(), "1 to 65536");
+        }
+        if let Some(layout) = self.latent.steerable {
+            let sizes = [layout.invariant, layout.pairs_per_harmonic];
+            if !sizes.into_iter().all(in_range) || layout.dimension() != self.latent.dimension {
+                let expected =
+                    format!("invariant + 10 pairs_per_harmonic = {}, both at least 1", self.latent.dimension);
+                return fault("latent.steerable", format!("{sizes:?}"), &expected);
+            }
+        }
+        if self.kind == Kind::Embedding {
+            if let Some(size) = self.measurement {
+                return fault("measurement", size.to_string(), "none in an embedding");
+            }
+            if self.residual.is_some() {
+                return fault("residual", "there".into(), "none in an embedding");
+            }
+        } else {
+            let size = self.measurement.filter(|&size| in_range(size));
+            let Some(size) = size else {
+                return fault("measurement", format!("{:?}", self.measurement), "1 to 65536");
+            };
+            let wrong = match &self.residual {
+                None => Some("missing".to_owned()),
+                Some(residual) => residual.fault(size),
+            };
+            if let Some(wrong) = wrong {
+                return fault("residual", wrong, "the noise of the measurement");
+            }
+        }
+        self.check_convention(path)?;
+        self.check_graphs(path)?;
+        check_name(path, "canary.file", &self.canary.file)?;
+        check_name(path, "training.instances.file", &self.training.instances.file)
+    }
+
+    fn check_convention(&self, path: &Path) -> Result<(), ModelError> {
+        let expected = self.kind.conventions();
+        let fits = match self.conditioning {
+            Some(convention) => expected.contains(&convention),
+            None => expected.is_empty(),
+        };
+        if fits {
+            return Ok(());
+        }
+        let names: Vec<_> = expected.iter().map(Convention::to_string).collect();
+        let expected = if names.is_empty() { "none".to_owned() } else { names.join(" or ") };
+        Err(ModelError::Manifest {
+            path: path.into(),
+            field: "conditioning".into(),
+            got: self.conditioning.map_or("missing".into(), |convention| convention.to_string()),
+            expected: format!("{expected} in a model of kind {}", self.kind),
+        })
+    }
+
+    fn check_graphs(&self, path: &Path) -> Result<(), ModelError> {
+        let fault = |role: Role, what: &str, got: String, expected: String| {
+            let field = format!("graphs.{role}{what}");
+            Err(ModelError::Manifest { path: path.into(), field, got, expected })
+        };
+        let required = |&&(role, required): &&(Role, bool)| required && !self.graphs.contains_key(&role);
+        if let Some(&(role, _)) = self.kind.roles().iter().find(required) {
+            return fault(role, "", "missing".into(), format!("a graph, in a model of kind {}", self.kind));
+        }
+        for (&role, record) in &self.graphs {
+            let Some(signature) = self.kind.signature(role, self.sizes()) else {
+                let roles: Vec<_> = self.kind.roles().iter().map(|(role, _)| role.name()).collect();
+                let expected = format!("only {} in a model of kind {}", roles.join(", "), self.kind);
+                return fault(role, "", "there".into(), expected);
+            };
+            check_name(path, &format!("graphs.{role}.file"), &record.file)?;
+            let expected = GraphRecord::new(&record.file, &[], &signature);
+            for (what, got, expected) in [
+                (".inputs", &record.inputs, expected.inputs),
+                (".outputs", &record.outputs, expected.outputs),
+            ] {
+                if *got != expected {
+                    return fault(role, what, format!("{got:?}"), format!("{expected:?}"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// SHA-256 in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A file must lie in the folder itself.
+fn check_name(path: &Path, field: &str, file: &str) -> Result<(), ModelError> {
+    let mut components = Path::new(file).components();
+    let plain = matches!(components.next(), Some(Component::Normal(name)) if name == file);
+    if plain && components.next().is_none() {
+        return Ok(());
+    }
+    let (field, expected) = (field.into(), "the name of a file in the model's folder".into());
+    Err(ModelError::Manifest { path: path.into(), field, got: format!("{file:?}"), expected })
+}
+
+/// Before the fields of another version are misread as faults of this one.
+fn check_version(path: &Path, bytes: &[u8]) -> Result<(), ModelError> {
+    let value: serde_json::Value = yaml(path, bytes)?;
+    let (format, version) = (&value["format"], &value["version"]);
+    if format.as_str() == Some(FORMAT) && version.as_u64() == Some(u64::from(VERSION)) {
+        return Ok(());
+    }
+    let expected = format!("{FORMAT:?} version {VERSION}");
+    Err(ModelError::Version { path: path.to_owned(), got: format!("{format} version {version}"), expected })
+}
+
+/// YAML without aliases that explode, doubled keys or numbers that are not finite; JSON is YAML, too.
+fn yaml<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, ModelError> {
+    let invalid = |message| ModelError::Yaml { path: path.to_owned(), message };
+    let text = std::str::from_utf8(bytes).map_err(|error| invalid(error.to_string()))?;
+    let options = serde_saphyr::options! {
+        budget: serde_saphyr::budget! { max_nodes: 200_000, max_depth: 16, max_aliases: 0 },
+        duplicate_keys: serde_saphyr::options::DuplicateKeyPolicy::Error,
+        non_finite_float_policy: serde_saphyr::options::NonFiniteFloatPolicy::Reject,
+        reject_unsupported_tags: true,
+        strict_booleans: true,
+    };
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| {
+        let name = path.to_string_lossy();
+        let render = serde_saphyr::render_options! {
+            formatter: &serde_saphyr::UserMessageFormatter,
+            source_name: Some(name.as_ref()),
+        };
+        invalid(error.render_with_options(render))
+    })
+}
+
+fn on_one_line<S: Serializer>(
+    shapes: &BTreeMap<String, Vec<usize>>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    FlowMap(shapes).serialize(serializer)
 }

@@ -4,7 +4,8 @@
 //! Gaussians they claim far too much.
 
 use nalgebra::{Cholesky, DMatrix};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
+use serde_saphyr::FlowSeq;
 
 /// Least residuals for each dimension that a fit takes.
 pub const RESIDUALS_PER_DIMENSION: usize = 4;
@@ -22,6 +23,7 @@ pub struct ResidualNoise {
     /// `nu`, between 1 (Cauchy) and 200 (all but Gaussian).
     pub degrees_of_freedom: f64,
     /// `R`, upper triangular, row by row: `R^T R` is the inverse of the scale matrix.
+    #[serde(serialize_with = "a_row_a_line")]
     pub sqrt_information: Vec<Vec<f64>>,
     /// Residuals it was fitted to.
     pub residuals: usize,
@@ -93,6 +95,10 @@ impl ResidualNoise {
         (!(DEGREES.0..=DEGREES.1).contains(&self.degrees_of_freedom))
             .then(|| format!("degrees_of_freedom {} is not within {:?}", self.degrees_of_freedom, DEGREES))
     }
+}
+
+fn a_row_a_line<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(rows.iter().map(FlowSeq))
 }
 
 /// `r^T S^-1 r` of each row.

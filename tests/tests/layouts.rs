@@ -60,7 +60,7 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     command.arg(scene.path("train")).arg("--validation-views").arg(scene.path("validation"));
     command.arg("--cache").arg(scene.path("cache")).arg("--out").arg(scene.path("model"));
     Finished::of(&mut command).expect(0, &[]);
-    assert!(scene.path("model/model.json").exists());
+    assert!(scene.path("model/model.yaml").exists());
 }
 
 fn apartment() -> SmallScene {

@@ -30,7 +30,8 @@ fn it_was_trained_as_every_scene_says() {
         let Some(Manifest { training, .. }) = manifest(&path, &file) else { continue };
         let conditions = scene_file::hash(&file.checked(&path).unwrap().view_conditions()).unwrap();
         assert_eq!(training.provenance[VIEW_CONDITIONS], conditions, "{}: train it again", path.display());
-        assert_eq!((&training.spec, training.seed), (&file.training.model, file.training.seed));
+        let details = training.details.unwrap();
+        assert_eq!((&details.spec, details.seed), (&file.training.model, file.training.seed));
         compared += 1;
     }
     assert!(compared > 0);
@@ -73,9 +74,10 @@ fn its_views_are_those_rendered_here() {
             return;
         }
     }
-    for (split, hash) in [(Split::Validation, &training.validation_hash), (Split::Train, &training.data_hash)]
+    let details = training.details.unwrap();
+    for (split, hash) in [(Split::Validation, &details.validation_hash), (Split::Train, &training.data_hash)]
     {
-        let (set, _) = views(&pipeline, split, training.seed, &mut |_| ()).unwrap();
+        let (set, _) = views(&pipeline, split, details.seed, &mut |_| ()).unwrap();
         assert_eq!(view_set_hash(&set), *hash, "{}: train the model again", split.name());
     }
 }

@@ -121,7 +121,7 @@ impl<'a> Shown<'a> {
     }
 
     fn posterior(&self, factors: &[LatentGaussian]) -> nalgebra::DVector<f64> {
-        LatentGaussian::posterior(self.model.latent().dimension(), factors).mean
+        LatentGaussian::posterior(self.model.latent().dimension, factors).mean
     }
 
     fn fused(&self, parts: &Parts<'_>) -> nalgebra::DVector<f64> {
@@ -174,7 +174,7 @@ impl<'a> Shown<'a> {
         for parts in self.objects() {
             let view = parts.held_out[0];
             let latent = self.fused(&parts);
-            let likelihood = Likelihood::new(self.model, &latent, &view.crop)?;
+            let likelihood = Likelihood::new(&self.model, &latent, &view.crop)?;
             let (low, high) = ELEVATION_RANGE;
             let elevation =
                 |row: usize| (low + (high - low) * (row as f64 + 0.5) / ELEVATIONS as f64).to_radians();

@@ -5,6 +5,7 @@ mod dataset;
 mod figures;
 mod import;
 mod look;
+mod models;
 mod pictures;
 mod score;
 #[cfg(feature = "train")]
@@ -18,6 +19,7 @@ pub use dataset::dataset;
 pub use figures::figures;
 pub use import::import;
 pub use look::look;
+pub use models::models;
 pub use score::bench;
 #[cfg(feature = "train")]
 pub use study::study;

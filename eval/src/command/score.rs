@@ -6,7 +6,7 @@ use crate::exit::{BenchError, Exit};
 use crate::manifest::{Manifest, Renderer};
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    Answer, EpisodeFolder, PANICKED, Pipeline, Unseen, episodes, estimates, model, unseen,
+    Answer, EpisodeFolder, PANICKED, Pipeline, Subject, Unseen, episodes, estimates, model, unseen,
 };
 use crate::progress::Progress;
 use crate::render::{self, Style};
@@ -57,7 +57,9 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     clock.stage("episodes");
     let answers = estimates(&pipeline, &episodes, &loaded)?;
     clock.stage("estimates");
-    let unseen = unseen(&pipeline, &seeds, &loaded)?;
+    let viewing = loaded.model.inner();
+    let unseen =
+        unseen(&pipeline, &seeds, Subject::Viewing(&viewing), &loaded.hash, |set| loaded.check_set(set))?;
     clock.stage("unseen instances");
     let scored =
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;

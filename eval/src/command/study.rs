@@ -43,14 +43,14 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let mut runs = Vec::new();
     for variant in &study.variants {
         let started = Instant::now();
-        for (seed, model) in variant_models(&pipeline, &study, variant, &views, &trunks)? {
+        for model in variant_models(&pipeline, &study, variant, &views, &trunks)? {
             let scored = variant_scores(&pipeline, &model)?;
             if runs.is_empty() {
                 let floor = mean_scores(&scored, PIXELS);
                 let floor = |&seed| run(PIXELS, seed, floor.clone());
                 runs.extend(seeds.iter().map(floor));
             }
-            runs.push(run(&variant.name, seed, mean_scores(&scored, LATENTS)));
+            runs.push(run(&variant.name, model.seed, mean_scores(&scored, LATENTS)));
         }
         manifest.took(&variant.name, started.elapsed());
     }

@@ -21,11 +21,12 @@ pub use estimates::{Answer, PANICKED, estimates};
 pub use model::{LoadedModel, VIEW_CONDITIONS, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
-pub use study::{StudyViews, study_views, variant_models, variant_scores};
+pub use study::{StudyViews, VariantModel, study_views, variant_models, variant_scores};
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
 pub use unseen::{
-    LATENTS, Likelihood, MEAN_VIEW, PIXELS, TABLES, Unseen, UnseenTable, UnseenTrial, steady_latents, unseen,
+    LATENTS, Likelihood, MEAN_VIEW, PIXELS, Subject, TABLES, Unseen, UnseenTable, UnseenTrial,
+    steady_latents, unseen,
 };
 pub use views::views;
 
@@ -33,8 +34,6 @@ use crate::cli::RendererChoice;
 use crate::exit::BenchError;
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
-#[cfg(feature = "train")]
-use model::load;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -40,7 +40,7 @@ fn failed(error: vantage_learn::ModelError) -> ModelError {
 
 impl ObservationModel for TractModel {
     fn latent_dim(&self) -> usize {
-        self.model.latent().dimension()
+        self.model.latent().dimension
     }
 
     fn measurement_dim(&self) -> usize {

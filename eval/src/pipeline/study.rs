@@ -1,14 +1,15 @@
 //! Stages of a study: variants trained on the same views, each under several seeds, and scored on the same instances.
 
+use super::model::check_unseen;
 use super::training::{Fit, fit};
-use super::{LoadedModel, Pipeline, Unseen, code, load, unseen, views};
+use super::{Pipeline, Subject, Unseen, code, unseen, views};
 use crate::exit::BenchError;
 use crate::scene_file;
 use crate::study_file::{StudyFile, Variant};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{MANIFEST, TrainingSpec};
+use vantage_learn::{MANIFEST, Model, TrainingSpec};
 
 /// The views that a study trains on, and what identifies them.
 pub struct StudyViews {
@@ -25,6 +26,14 @@ pub fn study_views(pipeline: &Pipeline) -> Result<StudyViews, BenchError> {
     Ok(StudyViews { training, validation, seals: [first, second] })
 }
 
+/// One model of a variant.
+pub struct VariantModel {
+    /// Seed of its training.
+    pub seed: Seed,
+    model: Model,
+    folder: PathBuf,
+}
+
 /// The models of a variant, by seed; trained where the cache has none.
 ///
 /// `trunks` is a folder of trained trunks, which variants share where their stage 1 is the same.
@@ -34,7 +43,7 @@ pub fn variant_models(
     variant: &Variant,
     views: &StudyViews,
     trunks: &Path,
-) -> Result<Vec<(Seed, LoadedModel)>, BenchError> {
+) -> Result<Vec<VariantModel>, BenchError> {
     let spec: TrainingSpec = variant.training(&pipeline.file.training.model)?;
     let kept = variant.instances.unwrap_or(usize::MAX);
     let training = first_instances(&views.training, kept);
@@ -58,14 +67,19 @@ pub fn variant_models(
                 };
                 fit(pipeline, fitted, work)
             })?;
-            Ok((seed, load(pipeline, &entry.folder)?))
+            Ok(VariantModel { seed, model: Model::load(&entry.folder)?, folder: entry.folder })
         })
         .collect()
 }
 
 /// Scores of a model, a set of test instances each.
-pub fn variant_scores(pipeline: &Pipeline, model: &LoadedModel) -> Result<Vec<Unseen>, BenchError> {
-    unseen(pipeline, pipeline.file.evaluation.seeds.as_slice(), model)
+pub fn variant_scores(pipeline: &Pipeline, trained: &VariantModel) -> Result<Vec<Unseen>, BenchError> {
+    let VariantModel { model, folder, .. } = trained;
+    let viewing = model.viewing();
+    let subject = viewing.as_deref().map_or(Subject::Embedding(model), Subject::Viewing);
+    unseen(pipeline, pipeline.file.evaluation.seeds.as_slice(), subject, model.hash(), |set| {
+        check_unseen(model.training_instances(), folder, set.instances.iter().map(|instance| instance.id))
+    })
 }
 
 fn first_instances(set: &ViewSet, kept: usize) -> ViewSet {

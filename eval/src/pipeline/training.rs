@@ -1,18 +1,15 @@
 //! Training as a stage: views in, model folder out.
 
-use super::model::{TRAINING_INSTANCES, VIEW_CONDITIONS};
+use super::model::VIEW_CONDITIONS;
 use super::{Pipeline, code, views};
 use crate::exit::BenchError;
 use crate::manifest::Host;
-use crate::output::OutputError;
 use crate::progress::Stage;
 use crate::scene_file;
-use std::collections::BTreeSet;
-use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::{Key, read_manifest, read_views};
-use vantage_dataset::{InstanceId, Seed, Split, ViewSet};
+use vantage_dataset::{Seed, Split, ViewSet};
 use vantage_learn::{MANIFEST, Progress, Training, TrainingSpec};
 
 /// The folder of the scene's model, trained where the cache has none.
@@ -65,17 +62,6 @@ pub(super) struct Fit<'a> {
 /// Trains into `folder`, from where a killed training left it.
 pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result<(), BenchError> {
     let Fit { training, validation, conditions, spec, seed, trunks } = fitted;
-    let mut list = String::new();
-    let seen: BTreeSet<InstanceId> =
-        training.instances.iter().chain(&validation.instances).map(|instance| instance.id).collect();
-    for id in seen {
-        // Writing to a string cannot fail.
-        let _ = writeln!(list, "{:016x}", id.0);
-    }
-    let path = folder.join(TRAINING_INSTANCES);
-    std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&path, list))
-        .map_err(|source| OutputError { path, source })?;
     let info = pipeline.renderer_info.clone();
     let provenance = [
         (VIEW_CONDITIONS, conditions),

@@ -1,6 +1,6 @@
 //! Writing ONNX graphs node by node, with names and shapes of our choosing.
 
-use super::{OPSET, Signature, TensorSpec};
+use super::{Signature, TensorSpec};
 use prost::Message;
 use tract_onnx::pb::attribute_proto::AttributeType;
 use tract_onnx::pb::tensor_proto::DataType;
@@ -11,6 +11,8 @@ use tract_onnx::pb::{
     TypeProto, ValueInfoProto,
 };
 
+/// Operator set of the files written.
+const OPSET: i64 = 17;
 /// IR version that goes with [`OPSET`].
 const IR_VERSION: i64 = 8;
 

@@ -1,13 +1,14 @@
 //! Structural checks of an ONNX model, before any runtime sees it.
 
 use super::error::GraphError;
-use super::{OPERATORS, OPSET, Signature, TensorSpec};
+use super::{OPERATORS, OPSETS, Signature, TensorSpec};
+use half::f16;
 use prost::Message;
 use std::collections::BTreeSet;
 use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
 use tract_onnx::pb::tensor_shape_proto::dimension::Value as Dimension;
 use tract_onnx::pb::type_proto::Value;
-use tract_onnx::pb::{GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto};
+use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto};
 
 /// Decodes a model and checks everything but what its numbers compute.
 pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<ModelProto, GraphError> {
@@ -20,7 +21,7 @@ pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<Model
         check_node(node)?;
     }
     for weight in &graph.initializer {
-        check_weight(weight)?;
+        check_weight(weight, &weight.name)?;
     }
     check_side("inputs", &graph.input, &signature.inputs)?;
     check_side("outputs", &graph.output, &signature.outputs)?;
@@ -31,7 +32,9 @@ pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<Model
 fn check_opset(model: &ModelProto) -> Result<(), GraphError> {
     let imports: Vec<_> = model.opset_import.iter().map(|o| (o.domain.clone(), o.version)).collect();
     match imports.as_slice() {
-        [(domain, OPSET)] if domain.is_empty() || domain == "ai.onnx" => Ok(()),
+        [(domain, version)] if (domain.is_empty() || domain == "ai.onnx") && OPSETS.contains(version) => {
+            Ok(())
+        }
         _ => Err(GraphError::Opset { got: imports }),
     }
 }
@@ -55,34 +58,49 @@ fn check_node(node: &NodeProto) -> Result<(), GraphError> {
         let prefix = if standard { String::new() } else { format!("{}.", node.domain) };
         return Err(GraphError::Operator { node: node.name.clone(), operator: prefix + &node.op_type });
     }
-    let nested = |a: &tract_onnx::pb::AttributeProto| {
-        a.t.is_some()
-            || a.g.is_some()
-            || a.sparse_tensor.is_some()
-            || !a.tensors.is_empty()
-            || !a.graphs.is_empty()
-            || !a.sparse_tensors.is_empty()
-    };
-    match node.attribute.iter().find(|attribute| nested(attribute)) {
-        Some(attribute) => Err(GraphError::Unsupported {
-            what: format!("a tensor or graph in attribute {:?} of node {:?}", attribute.name, node.name),
-        }),
-        None => Ok(()),
+    let constant = node.op_type == "Constant";
+    for attribute in &node.attribute {
+        match &attribute.t {
+            Some(weight) if constant => check_weight(weight, &node.name)?,
+            _ if nested(attribute) => {
+                let what =
+                    format!("a tensor or graph in attribute {:?} of node {:?}", attribute.name, node.name);
+                return Err(GraphError::Unsupported { what });
+            }
+            _ => {}
+        }
+        if let Some(index) =
+            attribute.floats.iter().chain([&attribute.f]).position(|value| !value.is_finite())
+        {
+            let value = attribute.floats.get(index).copied().unwrap_or(attribute.f);
+            return Err(GraphError::NonFiniteWeight { tensor: node.name.clone(), index, value });
+        }
     }
+    Ok(())
 }
 
-fn check_weight(weight: &TensorProto) -> Result<(), GraphError> {
-    let tensor = || weight.name.clone();
+fn nested(a: &AttributeProto) -> bool {
+    a.t.is_some()
+        || a.g.is_some()
+        || a.sparse_tensor.is_some()
+        || !a.tensors.is_empty()
+        || !a.graphs.is_empty()
+        || !a.sparse_tensors.is_empty()
+}
+
+/// A weight of the graph, or of the `Constant` node `name`.
+fn check_weight(weight: &TensorProto, name: &str) -> Result<(), GraphError> {
+    let tensor = || name.to_owned();
     if weight.data_location == Some(DataLocation::External as i32) || !weight.external_data.is_empty() {
         return Err(GraphError::ExternalData { tensor: tensor() });
     }
+    let unsupported =
+        |what: &str| Err(GraphError::Unsupported { what: format!("{what} of weight {name:?}") });
     let width = match DataType::try_from(weight.data_type) {
-        Ok(DataType::Float) => 4usize,
+        Ok(DataType::Float | DataType::Int32) => 4usize,
+        Ok(DataType::Float16) => 2,
         Ok(DataType::Int64) => 8,
-        _ => {
-            let what = format!("data type {} of weight {:?}", weight.data_type, weight.name);
-            return Err(GraphError::Unsupported { what });
-        }
+        _ => return unsupported(&format!("data type {}", weight.data_type)),
     };
     let typed = !weight.float_data.is_empty()
         || !weight.int64_data.is_empty()
@@ -92,9 +110,7 @@ fn check_weight(weight: &TensorProto) -> Result<(), GraphError> {
         || !weight.string_data.is_empty()
         || weight.segment.is_some();
     if typed {
-        return Err(GraphError::Unsupported {
-            what: format!("typed or split data of weight {:?}", weight.name),
-        });
+        return unsupported("typed or split data");
     }
     let volume =
         weight.dims.iter().try_fold(1usize, |volume, &dim| volume.checked_mul(usize::try_from(dim).ok()?));
@@ -103,10 +119,24 @@ fn check_weight(weight: &TensorProto) -> Result<(), GraphError> {
         let (shape, got) = (weight.dims.clone(), weight.raw_data.len());
         return Err(GraphError::WeightSize { tensor: tensor(), shape, got, expected });
     }
-    let floats = || weight.raw_data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    match floats().enumerate().find(|(_, value)| width == 4 && !value.is_finite()) {
-        Some((index, value)) => Err(GraphError::NonFiniteWeight { tensor: tensor(), index, value }),
+    match numbers(weight).iter().enumerate().find(|(_, value)| !value.is_finite()) {
+        Some((index, &value)) => Err(GraphError::NonFiniteWeight { tensor: tensor(), index, value }),
         None => Ok(()),
+    }
+}
+
+/// The numbers of a weight that is not of integers.
+fn numbers(weight: &TensorProto) -> Vec<f32> {
+    match DataType::try_from(weight.data_type) {
+        Ok(DataType::Float) => {
+            let bytes = weight.raw_data.chunks_exact(4);
+            bytes.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+        }
+        Ok(DataType::Float16) => {
+            let bytes = weight.raw_data.chunks_exact(2);
+            bytes.map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
+        }
+        _ => Vec::new(),
     }
 }
 
@@ -124,10 +154,12 @@ fn check_wiring(graph: &GraphProto) -> Result<(), GraphError> {
         define(name, &mut defined)?;
     }
     for node in &graph.node {
-        if let Some(name) = node.input.iter().find(|name| !defined.contains(*name)) {
+        // An empty name stands for an optional input or output that is left out.
+        let named = |name: &&String| !name.is_empty();
+        if let Some(name) = node.input.iter().filter(named).find(|name| !defined.contains(*name)) {
             return Err(undefined(name));
         }
-        for name in &node.output {
+        for name in node.output.iter().filter(named) {
             define(name, &mut defined)?;
         }
     }

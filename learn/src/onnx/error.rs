@@ -1,6 +1,6 @@
 //! What can be wrong with an ONNX file.
 
-use super::{OPERATORS, OPSET};
+use super::{OPERATORS, OPSETS};
 
 /// Why an ONNX file is refused, or its run failed.
 #[derive(Debug, thiserror::Error)]
@@ -15,7 +15,9 @@ pub enum GraphError {
         reason: String,
     },
     /// Another operator set.
-    #[error("operator set {got:?}, expected {OPSET} of the default domain alone; export with opset {OPSET}")]
+    #[error(
+        "operator set {got:?}, expected one of {OPSETS:?} of the default domain alone; export with opset 17"
+    )]
     Opset {
         /// Domain and version of each import.
         got: Vec<(String, i64)>,
@@ -81,6 +83,16 @@ pub enum GraphError {
         index: usize,
         /// The value.
         value: f32,
+    },
+    /// A tensor between two nodes that is far larger than any crop's network needs.
+    #[error("node {node:?} makes a tensor of shape {shape}, at most {limit} numbers are expected")]
+    TensorSize {
+        /// Name of the node.
+        node: String,
+        /// Its output's shape.
+        shape: String,
+        /// The limit.
+        limit: usize,
     },
     /// The runtime does not take the graph.
     #[error("tract refuses the graph: {reason}")]

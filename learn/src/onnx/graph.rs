@@ -10,6 +10,9 @@ use tract_onnx::prelude::*;
 /// turns NaN into 0, and a bad input would come out as a good output.
 const LARGEST_INPUT: f32 = 1e6;
 
+/// Numbers of the largest tensor within a graph: 64 MiB of `f32`.
+const LARGEST_TENSOR: usize = 16 << 20;
+
 /// A graph of fixed shapes, optimised by tract.
 pub(crate) struct Graph {
     plan: Arc<TypedRunnableModel>,
@@ -20,11 +23,11 @@ impl Graph {
     /// Checks and prepares a graph of the given signature.
     pub(crate) fn from_bytes(bytes: &[u8], signature: &Signature) -> Result<Self, GraphError> {
         let model = checked_model(bytes, signature)?;
-        let prepare = || -> TractResult<_> {
-            tract_onnx::onnx().model_for_proto_model(&model)?.into_optimized()?.into_runnable()
-        };
         let refused = |reason: String| GraphError::Refused { reason };
-        let plan = contained(prepare).map_err(refused)?;
+        let typed = || tract_onnx::onnx().model_for_proto_model(&model)?.into_typed();
+        let typed = contained(typed).map_err(refused)?;
+        check_tensors(&typed)?;
+        let plan = contained(|| typed.into_optimized()?.into_runnable()).map_err(refused)?;
         let graph = Self { plan, signature: signature.clone() };
         graph.check_shapes()?;
         Ok(graph)
@@ -78,6 +81,22 @@ impl Graph {
         }
         Ok(())
     }
+}
+
+/// Before anything is allocated that a node's attributes ask for.
+fn check_tensors(model: &TypedModel) -> Result<(), GraphError> {
+    for node in model.nodes() {
+        for output in &node.outputs {
+            let shape = output.fact.shape.as_concrete();
+            let volume =
+                shape.and_then(|dims| dims.iter().try_fold(1usize, |all, &dim| all.checked_mul(dim)));
+            if volume.is_none_or(|volume| volume > LARGEST_TENSOR) {
+                let (node, shape) = (node.name.clone(), format!("{:?}", output.fact.shape));
+                return Err(GraphError::TensorSize { node, shape, limit: LARGEST_TENSOR });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The last wall before a runtime that was written for models one trusts.

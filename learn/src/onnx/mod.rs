@@ -6,20 +6,71 @@ pub(crate) mod check;
 pub(crate) mod error;
 pub(crate) mod graph;
 
-use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
-/// Operator set of the files written and read.
-pub const OPSET: i64 = 17;
+/// Operator sets of the files read.
+pub const OPSETS: RangeInclusive<i64> = 13..=18;
 
-/// Operators a model may use: what the trainer writes.
-pub const OPERATORS: [&str; 13] = [
-    "Add", "Clip", "Concat", "Conv", "Flatten", "Gemm", "MatMul", "Mul", "Relu", "Reshape", "Sigmoid",
-    "Split", "Sub",
+/// Operators a model may use: those of feed-forward networks. None repeats, loops, draws at random or makes more numbers
+/// than its inputs, weights and attributes say.
+pub const OPERATORS: [&str; 53] = [
+    "Abs",
+    "Add",
+    "AveragePool",
+    "BatchNormalization",
+    "Cast",
+    "Clip",
+    "Concat",
+    "Constant",
+    "Conv",
+    "ConvTranspose",
+    "Cos",
+    "Div",
+    "Elu",
+    "Erf",
+    "Exp",
+    "Flatten",
+    "Gather",
+    "Gemm",
+    "GlobalAveragePool",
+    "GlobalMaxPool",
+    "HardSigmoid",
+    "HardSwish",
+    "Identity",
+    "InstanceNormalization",
+    "LayerNormalization",
+    "LeakyRelu",
+    "Log",
+    "MatMul",
+    "Max",
+    "MaxPool",
+    "Min",
+    "Mul",
+    "Neg",
+    "PRelu",
+    "Pow",
+    "Reciprocal",
+    "ReduceMean",
+    "ReduceSum",
+    "Relu",
+    "Reshape",
+    "Sigmoid",
+    "Sign",
+    "Sin",
+    "Slice",
+    "Softmax",
+    "Softplus",
+    "Split",
+    "Sqrt",
+    "Squeeze",
+    "Sub",
+    "Tanh",
+    "Transpose",
+    "Unsqueeze",
 ];
 
 /// A tensor of a graph's signature: always `f32`, always of fixed shape.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TensorSpec {
     /// Its name in the graph.
     pub name: String,
@@ -40,8 +91,7 @@ impl TensorSpec {
 }
 
 /// What goes into a graph and comes out of it, in order.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
     /// Inputs.
     pub inputs: Vec<TensorSpec>,

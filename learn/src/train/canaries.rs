@@ -1,11 +1,13 @@
 //! The trainer's own outputs, which every loader replays.
 
+use super::contrastive;
+use super::export::roles;
 use super::features::{Features, Frozen};
 use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
 use super::views::{Views, numbers, table};
-use crate::architecture::Architecture;
+use crate::architecture::{Architecture, LOG_VARIANCE};
 use crate::canary::{Canary, CanaryCase, TOLERANCE};
-use crate::manifest::Role;
+use crate::role::{Kind, Role};
 use burn::tensor::{Device, Tensor, TensorData};
 use vantage_dataset::viewpoint::CONDITIONING;
 
@@ -16,6 +18,7 @@ const VIEWS: usize = 2;
 pub(crate) struct Trainer<'a> {
     pub(crate) network: &'a Autoencoder,
     pub(crate) architecture: &'a Architecture,
+    pub(crate) unit_embedding: bool,
     pub(crate) frozen: &'a Frozen,
     pub(crate) features: &'a Features,
     pub(crate) views: &'a Views<'a>,
@@ -23,44 +26,76 @@ pub(crate) struct Trainer<'a> {
 }
 
 impl Trainer<'_> {
-    /// Each graph's run on a view of the first and of the last instance, latents from the view itself.
+    /// Each graph's run on a view of the first and of the last group, latents from the view itself; a prediction is that of
+    /// the group's next view.
     pub(crate) fn canary(&self) -> Canary {
-        let last = self.views.len() - 1;
-        let chosen = (0..VIEWS).map(|i| i * last / (VIEWS - 1));
-        Canary { tolerance: TOLERANCE, cases: chosen.flat_map(|view| self.cases(view)).collect() }
+        let last = self.views.groups.len() - 1;
+        let chosen = (0..VIEWS).map(|i| &self.views.groups[i * last / (VIEWS - 1)].views);
+        let cases = chosen.flat_map(|views| self.cases(views[0], views[1]));
+        Canary { tolerance: TOLERANCE, cases: cases.collect() }
     }
 
-    fn cases(&self, view: usize) -> Vec<CanaryCase> {
-        let layout = self.architecture.latent;
+    fn cases(&self, view: usize, other: usize) -> Vec<CanaryCase> {
+        let Self { network, architecture, device, .. } = *self;
+        let layout = architecture.latent;
         let crop = self.views.set.views[view].crop.to_chw();
-        let x = self.views.conditioning(self.architecture.convention, view, view, false);
-        let conditioning = table(x.clone(), 1, self.device);
-        let turn = Turn::new(layout, &conditioning);
-
-        let measurement = numbers(self.features.measurement(&[view], self.device));
-        let crops = self.features.crop(&[view], self.device);
-        let factor =
-            self.network.encode(layout, encoder_input(self.architecture, crops, &conditioning), &turn);
+        let x = self.views.conditioning(architecture.convention, view, view, false);
+        let conditioning = table(x.clone(), 1, device);
+        let inputs = encoder_input(architecture, self.features.crop(&[view], device), &conditioning);
+        let factor = network.encode(layout, inputs, &Turn::new(layout, &conditioning));
+        let source = self.features.measurement(&[view], device);
+        let measurement = numbers(source.clone());
         let mean = numbers(factor.mean.clone());
-        let log_variance = numbers(for_each_number(layout, factor.log_variance));
-        let seen = decoder_input(self.architecture, &conditioning, None);
-        let decoded = self.network.decode(layout, factor.mean, seen, &turn);
-        let predicted = numbers(decoded.measurement);
-        let image = self.pixels(&numbers(decoded.image));
-        let (d_latent, d_conditioning) = self.jacobian(&mean, &x);
+        let log_variance = numbers(for_each_number(layout, factor.log_variance.clone()));
 
-        let case = |role, inputs: [&Vec<f32>; 2], outputs: &[&Vec<f32>]| CanaryCase {
+        let case = |role, inputs: &[&Vec<f32>], outputs: &[&Vec<f32>]| CanaryCase {
             role,
-            inputs: inputs.into_iter().filter(|input| !input.is_empty()).cloned().collect(),
+            inputs: inputs.iter().map(|&input| input.clone()).collect(),
             outputs: outputs.iter().map(|&output| output.clone()).collect(),
         };
-        vec![
-            case(Role::Measurement, [&crop, &Vec::new()], &[&measurement]),
-            case(Role::Encoder, [&crop, &x], &[&mean, &log_variance]),
-            case(Role::Decoder, [&mean, &x], &[&predicted]),
-            case(Role::DecoderJacobian, [&mean, &x], &[&predicted, &d_latent, &d_conditioning]),
-            case(Role::Image, [&mean, &x], &[&image]),
-        ]
+        let decoded = |x: &Vec<f32>, source: Option<Tensor<2>>| {
+            let conditioning = table(x.clone(), 1, device);
+            let turn = Turn::new(layout, &conditioning);
+            let seen = decoder_input(architecture, &conditioning, source);
+            let decoded = network.decode(layout, factor.mean.clone(), seen, &turn);
+            (numbers(decoded.measurement), self.pixels(&numbers(decoded.image)))
+        };
+        match architecture.kind() {
+            Kind::ViewpointDependent => {
+                let (predicted, image) = decoded(&x, None);
+                let mut cases = vec![
+                    case(Role::Measurement, &[&crop], &[&measurement]),
+                    case(Role::Encoder, &[&crop, &x], &[&mean, &log_variance]),
+                    case(Role::Decoder, &[&mean, &x], &[&predicted]),
+                    case(Role::Image, &[&mean, &x], &[&image]),
+                ];
+                if roles(architecture).contains(&Role::DecoderJacobian) {
+                    let (d_latent, d_conditioning) = self.jacobian(&mean, &x);
+                    let outputs = [&predicted, &d_latent, &d_conditioning];
+                    cases.push(case(Role::DecoderJacobian, &[&mean, &x], &outputs));
+                }
+                cases
+            }
+            Kind::ViewpointPredictive => {
+                let change = self.views.conditioning(architecture.convention, view, other, true);
+                let (predicted, image) = decoded(&change, Some(source));
+                let inputs = [&mean, &measurement, &change];
+                vec![
+                    case(Role::Measurement, &[&crop], &[&measurement]),
+                    case(Role::Encoder, &[&crop], &[&mean, &log_variance]),
+                    case(Role::Predictor, &inputs, &[&predicted]),
+                    case(Role::Image, &inputs, &[&image]),
+                ]
+            }
+            Kind::Embedding => {
+                let embedding = if self.unit_embedding {
+                    contrastive::normalized(factor.mean)
+                } else {
+                    factor.mean / (factor.log_variance.clamp(LOG_VARIANCE.0, LOG_VARIANCE.1).exp() + 1.0)
+                };
+                vec![case(Role::Encoder, &[&crop], &[&numbers(embedding)])]
+            }
+        }
     }
 
     /// Row by row through the trainer's automatic derivatives.

@@ -1,29 +1,53 @@
-//! The five graphs of a model folder, from trained weights.
+//! The graphs of a model folder, from trained weights.
 
 use super::weights::{Dense, Weights};
 use crate::architecture::{Architecture, LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
 use crate::latent::LatentLayout;
-use crate::manifest::Role;
+use crate::onnx::Signature;
 use crate::onnx::build::{GraphBuilder, integers};
+use crate::role::{Kind, Role, Sizes};
 use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 
+/// The graphs that are written of a model; a latent that does not turn leaves the Jacobian to differences.
+pub(crate) fn roles(architecture: &Architecture) -> Vec<Role> {
+    match architecture.kind() {
+        Kind::ViewpointDependent => {
+            let jacobian = (architecture.latent.pairs() > 0).then_some(Role::DecoderJacobian);
+            [Role::Encoder, Role::Measurement, Role::Decoder]
+                .into_iter()
+                .chain(jacobian)
+                .chain([Role::Image])
+                .collect()
+        }
+        Kind::ViewpointPredictive => vec![Role::Encoder, Role::Measurement, Role::Predictor, Role::Image],
+        Kind::Embedding => vec![Role::Encoder],
+    }
+}
+
+/// The tensors of a role.
+pub(crate) fn signature(role: Role, architecture: &Architecture) -> Signature {
+    let (latent, measurement) = (architecture.latent.dimension(), architecture.measurement);
+    let sizes = Sizes { latent, measurement, conditioning: architecture.conditioning() };
+    architecture.kind().signature(role, sizes).expect("a role of this kind")
+}
+
 /// The ONNX bytes of a role.
 pub(crate) fn graph(role: Role, weights: &Weights) -> Vec<u8> {
-    let architecture = &weights.architecture;
-    let signature = role.signature(architecture.latent.dimension(), architecture.measurement);
-    let mut b = GraphBuilder::new(role.file().trim_end_matches(".onnx"), &signature);
+    let mut b = GraphBuilder::new(role.name(), &signature(role, &weights.architecture));
     match role {
         Role::Measurement => {
             let features = trunk(&mut b, weights);
             dense(&mut b, "measurement", &features, &weights.measurement);
         }
         Role::Encoder => encoder(&mut b, weights),
-        Role::Decoder => {
+        Role::Decoder | Role::Predictor => {
             let hidden = decoder(&mut b, weights).hidden;
-            dense(&mut b, "measurement", &hidden, &weights.decoded_measurement);
+            let output = if role == Role::Decoder { "measurement" } else { "other_measurement" };
+            dense(&mut b, output, &hidden, &weights.decoded_measurement);
         }
         Role::DecoderJacobian => decoder_jacobian(&mut b, weights),
+        Role::PredictorJacobian => unreachable!("not written: see roles"),
         Role::Image => {
             let hidden = decoder(&mut b, weights).hidden;
             let coefficients = dense(&mut b, "coefficients", &hidden, &weights.decoded_image);
@@ -35,6 +59,11 @@ pub(crate) fn graph(role: Role, weights: &Weights) -> Vec<u8> {
         }
     }
     b.finish()
+}
+
+/// What a graph calls its conditioning.
+fn conditioning(architecture: &Architecture) -> &'static str {
+    if architecture.kind() == Kind::ViewpointPredictive { "change" } else { "conditioning" }
 }
 
 fn dense(b: &mut GraphBuilder, output: &str, input: &str, layer: &Dense) -> String {
@@ -67,9 +96,9 @@ fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
 }
 
 fn encoder(b: &mut GraphBuilder, weights: &Weights) {
-    let layout = weights.architecture.latent;
+    let Weights { architecture, .. } = weights;
+    let layout = architecture.latent;
     let features = trunk(b, weights);
-    let [_, upright] = b.split("conditioning", [("azimuth_harmonics", 2 * HARMONICS), ("upright", UPRIGHT)]);
     let mean = b.weight("features.mean", &[1, weights.feature_mean.len()], &weights.feature_mean);
     let scale = b.weight("features.scale", &[1, weights.feature_scale.len()], &weights.feature_scale);
     let centered = b.node("Sub", &[&features, &mean], "features.centered");
@@ -77,7 +106,14 @@ fn encoder(b: &mut GraphBuilder, weights: &Weights) {
     let shape = b.sizes("flat.shape", &[1, CROP_BYTES]);
     let flat = b.node("Reshape", &["crop", &shape], "flat");
     let coefficients = dense(b, "coefficients", &flat, &weights.projection);
-    let mut x = b.concat(&[&standard, &coefficients, &upright], "encoder.input");
+    let mut inputs = vec![standard, coefficients];
+    if architecture.encoder_conditioning() > 0 {
+        let parts = [("azimuth_harmonics", 2 * HARMONICS), ("upright", UPRIGHT)];
+        let [_, upright] = b.split("conditioning", parts);
+        inputs.push(upright);
+    }
+    let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+    let mut x = b.concat(&inputs, "encoder.input");
     let last = weights.encoder.len() - 1;
     for (index, layer) in weights.encoder.iter().enumerate() {
         x = dense(b, &format!("encoder.{index}"), &x, layer);
@@ -87,13 +123,48 @@ fn encoder(b: &mut GraphBuilder, weights: &Weights) {
     }
     let free = layout.invariant + layout.pairs();
     let [mean, raw] = b.split(&x, [("mean_in_camera", layout.dimension()), ("raw_log_variance", free)]);
-    turned(b, layout, "mean", &mean, Turn::IntoObject);
+    if architecture.kind() == Kind::Embedding {
+        return embedding(b, weights, &mean, &raw);
+    }
+    let turned = match architecture.kind() {
+        Kind::ViewpointDependent => turned(b, architecture, "mean", &mean, Turn::IntoObject),
+        _ => None,
+    };
+    if turned.is_none() {
+        b.node("Identity", &[&mean], "mean");
+    }
+    let clipped = clipped(b, &raw, if layout.pairs() == 0 { "log_variance" } else { "log_variance.clipped" });
+    if layout.pairs() > 0 {
+        let parts = [("log_variance.invariant", layout.invariant), ("log_variance.pairs", layout.pairs())];
+        let [invariant, pairs] = b.split(&clipped, parts);
+        b.concat(&[&invariant, &pairs, &pairs], "log_variance");
+    }
+}
+
+fn clipped(b: &mut GraphBuilder, raw: &str, output: &str) -> String {
     let low = b.weight("log_variance.low", &[], &[LOG_VARIANCE.0]);
     let high = b.weight("log_variance.high", &[], &[LOG_VARIANCE.1]);
-    let clipped = b.node("Clip", &[&raw, &low, &high], "log_variance.clipped");
-    let parts = [("log_variance.invariant", layout.invariant), ("log_variance.pairs", layout.pairs())];
-    let [invariant, pairs] = b.split(&clipped, parts);
-    b.concat(&[&invariant, &pairs, &pairs], "log_variance");
+    b.node("Clip", &[raw, &low, &high], output)
+}
+
+/// What single crops are compared by: of a contrastive model, the mean's direction; of an autoencoder the mean after one
+/// view and the prior, `mean / (1 + variance)`.
+fn embedding(b: &mut GraphBuilder, weights: &Weights, mean: &str, raw: &str) {
+    if weights.unit_embedding {
+        let dimension = weights.architecture.latent.dimension();
+        let ones = b.weight("ones", &[dimension, 1], &vec![1.0; dimension]);
+        let least = b.weight("least", &[], &[1e-12]);
+        let squares = b.node("Mul", &[mean, mean], "squares");
+        let sum = b.node("MatMul", &[&squares, &ones], "sum");
+        let positive = b.node("Add", &[&sum, &least], "positive");
+        let length = b.node("Sqrt", &[&positive], "length");
+        b.node("Div", &[mean, &length], "mean");
+    } else {
+        let log_variance = clipped(b, raw, "log_variance.clipped");
+        let log_precision = b.node("Neg", &[&log_variance], "log_precision");
+        let share = b.node("Sigmoid", &[&log_precision], "share");
+        b.node("Mul", &[mean, &share], "mean");
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -113,17 +184,28 @@ struct Turned {
     sin: String,
 }
 
-fn turned(b: &mut GraphBuilder, layout: LatentLayout, output: &str, latent: &str, turn: Turn) -> Turned {
-    let pairs = layout.pairs();
+/// `None`, and no node, where nothing turns.
+fn turned(
+    b: &mut GraphBuilder,
+    architecture: &Architecture,
+    output: &str,
+    latent: &str,
+    turn: Turn,
+) -> Option<Turned> {
+    let (layout, told) = (architecture.latent, conditioning(architecture));
+    let (pairs, numbers) = (layout.pairs(), architecture.conditioning());
+    if pairs == 0 {
+        return None;
+    }
     let name = |part: &str| format!("{output}.{part}");
     let parts = [name("invariant"), name("first"), name("second")];
     let sized = [(&*parts[0], layout.invariant), (&*parts[1], pairs), (&*parts[2], pairs)];
     let [invariant, first, second] = b.split(latent, sized);
-    let (cos, sin) = selections(layout);
-    let select_cos = b.weight("select_cos", &[CONDITIONING, pairs], &cos);
-    let select_sin = b.weight("select_sin", &[CONDITIONING, pairs], &sin);
-    let cos = b.node("MatMul", &["conditioning", &select_cos], &name("cos"));
-    let sin = b.node("MatMul", &["conditioning", &select_sin], &name("sin"));
+    let (cos, sin) = selections(layout, numbers);
+    let select_cos = b.weight("select_cos", &[numbers, pairs], &cos);
+    let select_sin = b.weight("select_sin", &[numbers, pairs], &sin);
+    let cos = b.node("MatMul", &[told, &select_cos], &name("cos"));
+    let sin = b.node("MatMul", &[told, &select_sin], &name("sin"));
     let mut product = |x: &str, y: &str, output: &str| b.node("Mul", &[x, y], &name(output));
     let (cf, sg) = (product(&cos, &first, "cf"), product(&sin, &second, "sg"));
     let (sf, cg) = (product(&sin, &first, "sf"), product(&cos, &second, "cg"));
@@ -132,13 +214,13 @@ fn turned(b: &mut GraphBuilder, layout: LatentLayout, output: &str, latent: &str
         Turn::IntoCamera => (b.node("Add", &[&cf, &sg], &name("x")), b.node("Sub", &[&cg, &sf], &name("y"))),
     };
     b.concat(&[&invariant, &x, &y], output);
-    Turned { output: output.into(), first, second, cos, sin }
+    Some(Turned { output: output.into(), first, second, cos, sin })
 }
 
-/// `[CONDITIONING, pairs]` matrices that give each pair the cosine and sine of its harmonic.
-fn selections(layout: LatentLayout) -> (Vec<f32>, Vec<f32>) {
+/// `[numbers, pairs]` matrices that give each pair the cosine and sine of its harmonic.
+fn selections(layout: LatentLayout, numbers: usize) -> (Vec<f32>, Vec<f32>) {
     let pairs = layout.pairs();
-    let mut cos = vec![0.0; CONDITIONING * pairs];
+    let mut cos = vec![0.0; numbers * pairs];
     let mut sin = cos.clone();
     for pair in 0..pairs {
         let row = 2 * (layout.harmonic(pair) - 1);
@@ -152,7 +234,8 @@ fn selections(layout: LatentLayout) -> (Vec<f32>, Vec<f32>) {
 struct Decoder {
     hidden: String,
     layers: Vec<Hidden>,
-    turned: Turned,
+    /// `None` where nothing turns.
+    turned: Option<Turned>,
 }
 
 /// A hidden layer of the decoder: `x sigmoid(x)` of a linear layer's `x`.
@@ -163,15 +246,20 @@ struct Hidden {
 }
 
 fn decoder(b: &mut GraphBuilder, weights: &Weights) -> Decoder {
-    let turned = turned(b, weights.architecture.latent, "latent_in_camera", "latent", Turn::IntoCamera);
-    let conditioning = if weights.architecture.decoder_sees_azimuth {
-        "conditioning".to_owned()
+    let Weights { architecture, .. } = weights;
+    let turned = turned(b, architecture, "latent_in_camera", "latent", Turn::IntoCamera);
+    let latent = turned.as_ref().map_or("latent", |turned| &turned.output);
+    let told = conditioning(architecture);
+    let (numbers, seen) = (architecture.conditioning(), architecture.decoder_conditioning());
+    let seen = if seen == numbers {
+        told.to_owned()
     } else {
-        let parts = [("unseen_azimuth", 2 * HARMONICS), ("upright", UPRIGHT)];
-        let [_, upright] = b.split("conditioning", parts);
-        upright
+        let [_, seen] = b.split(told, [("unseen_azimuth", numbers - seen), ("seen", seen)]);
+        seen
     };
-    let mut hidden = b.concat(&[&turned.output, &conditioning], "decoder.input");
+    let source = architecture.decoder_sees_source.then_some("measurement");
+    let inputs: Vec<&str> = [latent, seen.as_str()].into_iter().chain(source).collect();
+    let mut hidden = b.concat(&inputs, "decoder.input");
     let mut layers = Vec::new();
     for (index, layer) in weights.decoder.iter().enumerate() {
         let name = format!("decoder.{index}");
@@ -209,7 +297,8 @@ fn decoder_jacobian(b: &mut GraphBuilder, weights: &Weights) {
     let seen = weights.architecture.decoder_conditioning();
     let parts = [("d_invariant", layout.invariant), ("du", pairs), ("dv", pairs), ("d_seen", seen)];
     let [d_invariant, du, dv, d_seen] = b.split(&rows, parts);
-    let Turned { first, second, cos, sin, .. } = &decoder.turned;
+    let turned = decoder.turned.as_ref().expect("only latents that turn have this graph: see roles");
+    let Turned { first, second, cos, sin, .. } = turned;
     let mut combined = |operator: &str, output: &str, (a, x): (&str, &str), (c, y): (&str, &str)| {
         let left = b.node("Mul", &[x, a], &format!("{output}.left"));
         let right = b.node("Mul", &[y, c], &format!("{output}.right"));
@@ -221,7 +310,7 @@ fn decoder_jacobian(b: &mut GraphBuilder, weights: &Weights) {
     let ds = combined("Sub", "d_sin", (second, &du), (first, &dv));
     b.concat(&[&d_invariant, &df, &dg], "d_latent");
     let transposed = |selection: Vec<f32>| Dense { weight: selection, bias: vec![0.0; pairs] }.transposed();
-    let (select_cos, select_sin) = selections(layout);
+    let (select_cos, select_sin) = selections(layout, CONDITIONING);
     let spread_cos = b.weight("spread_cos", &[pairs, CONDITIONING], &transposed(select_cos));
     let spread_sin = b.weight("spread_sin", &[pairs, CONDITIONING], &transposed(select_sin));
     let by_cos = b.node("MatMul", &[&dc, &spread_cos], "d_conditioning.cos");
@@ -243,9 +332,9 @@ fn spread_seen(b: &mut GraphBuilder, weights: &Weights, d_seen: &str, rows: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::architecture::Convention;
     use crate::canary::{Canary, TOLERANCE, deviation};
     use crate::onnx::graph::Graph;
+    use crate::role::Convention;
     use crate::spec::TrainingSpec;
     use crate::train::canaries::Trainer;
     use crate::train::components::Components;
@@ -262,7 +351,7 @@ mod tests {
     /// Untrained networks of unusual sizes: their graphs, and what burn computes of them.
     fn exported(decoder_sees_azimuth: bool) -> (Weights, Canary) {
         let architecture = Architecture {
-            convention: Convention::Viewpoint,
+            convention: Some(Convention::AzimuthHarmonics),
             trunk: vec![4, 6],
             features: 12,
             measurement: 5,
@@ -284,25 +373,24 @@ mod tests {
         let trainer = Trainer {
             network: &network,
             architecture: &architecture,
+            unit_embedding: false,
             frozen: &frozen,
             features: &frozen.features(&views, &plain),
             views: &views,
             device: &device,
         };
-        (network.weights(&architecture, &frozen), trainer.canary())
+        (network.weights(&architecture, &frozen, false), trainer.canary())
     }
 
     fn loaded(role: Role, weights: &Weights) -> Graph {
-        let signature =
-            role.signature(weights.architecture.latent.dimension(), weights.architecture.measurement);
-        Graph::from_bytes(&graph(role, weights), &signature).unwrap()
+        Graph::from_bytes(&graph(role, weights), &signature(role, &weights.architecture)).unwrap()
     }
 
     #[test]
     fn every_graph_computes_what_burn_computes_derivatives_included() {
         for decoder_sees_azimuth in [false, true] {
             let (weights, canary) = exported(decoder_sees_azimuth);
-            assert_eq!(canary.cases.len(), 2 * Role::ALL.len());
+            assert_eq!(canary.cases.len(), 2 * roles(&weights.architecture).len());
             for case in &canary.cases {
                 let inputs: Vec<_> = case.inputs.iter().map(Vec::as_slice).collect();
                 let outputs = loaded(case.role, &weights).run(&inputs).unwrap();

@@ -10,19 +10,21 @@ use super::views::Views;
 use super::{Trained, calibration, export, files, sheet};
 use crate::architecture::Architecture;
 use crate::canary::CANARY;
+use crate::latent::Latent;
 use crate::manifest::{
-    FORMAT, FileRecord, GraphRecord, MANIFEST, Manifest, Role, TrainingRecord, VERSION, conditioning_names,
+    FORMAT, FileRecord, GraphRecord, MANIFEST, Manifest, TrainingDetails, TrainingRecord, VERSION,
 };
-use crate::model::ViewpointModel;
-use crate::onnx::OPSET;
-use crate::residual::ResidualNoise;
-use crate::spec::TrainingSpec;
+use crate::model::Model;
+use crate::role::{Kind, Role};
+use crate::spec::{Objective, TrainingSpec};
 use burn::module::Module;
 use burn::tensor::Device;
-use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use vantage_dataset::Seed;
+
+/// File of a trained model's folder that lists the instances it was trained or calibrated on.
+pub const INSTANCE_LIST: &str = "training_instances.txt";
 
 /// What a model is trained from.
 pub(crate) struct Origin {
@@ -73,20 +75,54 @@ pub(crate) fn finish(
         features: &held_features,
         device: &plain,
     };
-    let residual = calibration::calibrated(&predictions, held_out, context, run.seed)?;
+    let kind = architecture.kind();
+    let measures = kind != Kind::Embedding;
+    let residual = match measures {
+        true => Some(calibration::calibrated(&predictions, held_out, context, run.seed)?),
+        false => None,
+    };
 
     let _ = run.tell(&Progress::Export);
     run.curve.write_table(run.folder)?;
     run.curve.write_picture(run.folder)?;
-    sheet::write(run.folder, &predictions, held_out, &frozen.components, context)?;
-    let graphs = write_graphs(run.folder, &architecture, &network.weights(&architecture, frozen))?;
-    let trainer = Trainer { network, architecture: &architecture, frozen, features, views, device: &device };
+    if measures {
+        sheet::write(run.folder, &predictions, held_out, &frozen.components, context)?;
+    }
+    let unit_embedding = run.spec.objective == Objective::Contrastive;
+    let weights = network.weights(&architecture, frozen, unit_embedding);
+    let graphs = write_graphs(run.folder, &weights)?;
+    let trainer = Trainer {
+        network,
+        architecture: &architecture,
+        unit_embedding,
+        frozen,
+        features,
+        views,
+        device: &device,
+    };
     let canary = serde_json::to_vec(&trainer.canary()).expect("finite numbers become JSON");
     files::write(&run.folder.join(CANARY), &canary)?;
-    let manifest = manifest(run, graphs, residual, &canary, origin, views);
+    let instances = instance_list(views, held_out);
+    files::write(&run.folder.join(INSTANCE_LIST), instances.as_bytes())?;
+    let manifest = Manifest {
+        format: FORMAT.into(),
+        version: VERSION,
+        kind,
+        latent: Latent {
+            dimension: architecture.latent.dimension(),
+            steerable: Some(architecture.latent).filter(|latent| latent.pairs() > 0),
+        },
+        measurement: measures.then_some(architecture.measurement),
+        conditioning: architecture.convention,
+        graphs,
+        residual,
+        training: training_record(run, origin, views, &instances),
+        canary: FileRecord::new(CANARY, &canary),
+    };
     let path = run.folder.join(MANIFEST);
-    files::write(&path, &json(&manifest))?;
-    if let Err(error) = ViewpointModel::load(run.folder) {
+    let yaml = manifest.to_yaml().map_err(|error| files::unwritable(&path, &error))?;
+    files::write(&path, yaml.as_bytes())?;
+    if let Err(error) = Model::load(run.folder) {
         std::fs::remove_file(&path).map_err(|error| files::unwritable(&path, &error))?;
         return Err(TrainError::Export(error));
     }
@@ -96,55 +132,39 @@ pub(crate) fn finish(
 
 fn write_graphs(
     folder: &Path,
-    architecture: &Architecture,
     weights: &super::weights::Weights,
 ) -> Result<BTreeMap<Role, GraphRecord>, TrainError> {
     let mut graphs = BTreeMap::new();
-    for role in Role::ALL {
-        let bytes = export::graph(role, weights);
-        files::write(&folder.join(role.file()), &bytes)?;
-        let record = GraphRecord {
-            file: role.file().into(),
-            blake3: blake3::hash(&bytes).to_hex().to_string(),
-            signature: role.signature(architecture.latent.dimension(), architecture.measurement),
-        };
-        graphs.insert(role, record);
+    for role in export::roles(&weights.architecture) {
+        let (bytes, file) = (export::graph(role, weights), role.file());
+        files::write(&folder.join(&file), &bytes)?;
+        graphs.insert(role, GraphRecord::new(&file, &bytes, &export::signature(role, &weights.architecture)));
     }
     Ok(graphs)
 }
 
-fn manifest(
-    run: &Run,
-    graphs: BTreeMap<Role, GraphRecord>,
-    residual: ResidualNoise,
-    canary: &[u8],
-    origin: Origin,
-    views: &Views,
-) -> Manifest {
+fn training_record(run: &Run, origin: Origin, views: &Views, instances: &str) -> TrainingRecord {
     let last = |stage: Stage| run.curve.last(stage).map(|loss| (stage.name().to_owned(), loss));
-    Manifest {
-        format: FORMAT.into(),
-        version: VERSION,
-        opset: OPSET,
-        architecture: run.architecture.clone(),
-        conditioning: conditioning_names(),
-        graphs,
-        residual,
-        canary: FileRecord { file: CANARY.into(), blake3: blake3::hash(canary).to_hex().to_string() },
-        training: TrainingRecord {
-            data_hash: origin.data_hash,
+    TrainingRecord {
+        origin: format!("{} {}", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")),
+        data_hash: origin.data_hash,
+        instances: FileRecord::new(INSTANCE_LIST, instances.as_bytes()),
+        provenance: origin.provenance,
+        details: Some(TrainingDetails {
             validation_hash: origin.validation_hash,
-            provenance: origin.provenance,
             seed: run.seed,
             spec: run.spec.clone(),
+            architecture: run.architecture.clone(),
             instances: views.instances,
             views: views.len(),
             final_loss: [Stage::Trunk, Stage::Autoencoder].into_iter().filter_map(last).collect(),
-            trainer: format!("{} {}", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")),
-        },
+        }),
     }
 }
 
-fn json(value: &impl Serialize) -> Vec<u8> {
-    serde_json::to_vec_pretty(value).expect("finite numbers and strings become JSON")
+/// Every instance of both view sets, a line of 16 hexadecimal digits each.
+fn instance_list(views: &Views, held_out: &Views) -> String {
+    let all = views.set.instances.iter().chain(&held_out.set.instances);
+    let ids: BTreeSet<_> = all.map(|instance| instance.id).collect();
+    ids.iter().map(|id| format!("{:016x}\n", id.0)).collect()
 }

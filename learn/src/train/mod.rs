@@ -33,6 +33,7 @@ mod weights;
 pub use checkpoint::CHECKPOINT;
 pub use curve::{CURVE_PICTURE, CURVE_TABLE};
 pub use error::TrainError;
+pub use folder::INSTANCE_LIST;
 pub use progress::{Progress, Stage};
 pub use sheet::SHEET;
 pub use views::view_set_hash;

@@ -261,10 +261,16 @@ impl Autoencoder {
     }
 
     /// All weights, with those of the frozen trunk, as numbers.
-    pub(crate) fn weights(&self, architecture: &Architecture, frozen: &Frozen) -> Weights {
+    pub(crate) fn weights(
+        &self,
+        architecture: &Architecture,
+        frozen: &Frozen,
+        unit_embedding: bool,
+    ) -> Weights {
         let (trunk, features) = frozen.trunk.layers();
         Weights {
             architecture: architecture.clone(),
+            unit_embedding,
             trunk,
             features,
             measurement: frozen.measurement.clone(),
@@ -326,7 +332,7 @@ pub(crate) fn decoder_input(
     conditioning: &Tensor<2>,
     source: Option<Tensor<2>>,
 ) -> Option<Tensor<2>> {
-    let (width, seen) = (architecture.convention.width(), architecture.decoder_conditioning());
+    let (width, seen) = (architecture.conditioning(), architecture.decoder_conditioning());
     let seen = (seen > 0).then(|| conditioning.clone().narrow(1, width - seen, seen));
     let parts: Vec<_> = seen.into_iter().chain(source.filter(|_| architecture.decoder_sees_source)).collect();
     (!parts.is_empty()).then(|| Tensor::cat(parts, 1))

@@ -5,7 +5,7 @@ use super::error::TrainError;
 use super::files;
 use super::predictions::Predictions;
 use super::views::Views;
-use crate::model::crop_of;
+use crate::folder::crop_of;
 use image::{ImageFormat, RgbImage, imageops};
 use nalgebra::DVector;
 use std::io::Cursor;

@@ -1,7 +1,9 @@
 //! Views as a training reads them: in groups that may be predicted from each other, with their conditioning.
 
 use super::error::TrainError;
-use crate::architecture::{Convention, UPRIGHT};
+use crate::architecture::UPRIGHT;
+use crate::change::camera_motion;
+use crate::role::Convention;
 use crate::spec::{Motion, Objective, TrainingSpec};
 use burn::tensor::{Device, Tensor, TensorData};
 use std::collections::BTreeMap;
@@ -105,18 +107,14 @@ impl<'a> Views<'a> {
     pub(crate) fn motion(&self, from: usize, to: usize) -> [f32; 9] {
         let pose = |view: usize| self.set.views[view].sighting.as_ref().map(|s| s.session_from_camera);
         let (Some(from), Some(to)) = (pose(from), pose(to)) else { return [0.0; 9] };
-        let motion = from.inv_mul(&to);
-        let rotation = motion.rotation.to_rotation_matrix().into_inner();
-        let numbers =
-            rotation.columns(0, 2).iter().chain(&motion.translation.vector).copied().collect::<Vec<_>>();
-        std::array::from_fn(|i| numbers[i] as f32)
+        camera_motion(&from.inv_mul(&to)).map(|number| number as f32)
     }
 
     /// What a decoder is told when view `to` is predicted in the frame of view `from`: see [`Convention`]. `sourced` says
     /// whether it also sees the measurement of `from`.
     pub(crate) fn conditioning(
         &self,
-        convention: Convention,
+        convention: Option<Convention>,
         from: usize,
         to: usize,
         sourced: bool,
@@ -125,16 +123,16 @@ impl<'a> Views<'a> {
             self.viewpoints[view].map_or([0.0; CONDITIONING], |viewpoint| viewpoint.conditioning())
         };
         match convention {
-            Convention::Viewpoint => of(to).map(|number| number as f32).to_vec(),
-            Convention::ObjectCentredChange => {
+            Some(Convention::AzimuthHarmonics) => of(to).map(|number| number as f32).to_vec(),
+            Some(Convention::ObjectCentredChange) => {
                 let turned = self.viewpoints[to].map(|viewpoint| viewpoint.turned(-self.azimuth(from)));
                 let x = turned.map_or([0.0; CONDITIONING], |viewpoint| viewpoint.conditioning());
                 let first = if sourced { self.upright(from) } else { [0.0; UPRIGHT] };
                 let change = x[..2 * HARMONICS].iter().map(|&number| number as f32);
                 change.chain(first).chain(self.upright(to)).collect()
             }
-            Convention::CameraMotion => self.motion(from, to).to_vec(),
-            Convention::None => Vec::new(),
+            Some(Convention::CameraMotion) => self.motion(from, to).to_vec(),
+            None => Vec::new(),
         }
     }
 }

@@ -68,6 +68,8 @@ impl Conv {
 /// All that is trained, and the fixed basis of crops.
 pub(crate) struct Weights {
     pub architecture: Architecture,
+    /// Whether an embedding is a direction.
+    pub unit_embedding: bool,
     /// Convolutions of the trunk.
     pub trunk: Vec<Conv>,
     /// The trunk's last layer: last convolution, flattened by channel, row, column, to `t(z)`.

@@ -16,7 +16,7 @@ use crate::statistics::quantile;
 use nalgebra::DVector;
 use std::f64::consts::PI;
 use vantage_dataset::{Crop, Symmetry, View, ViewSet};
-use vantage_learn::{LatentGaussian, ViewpointModel};
+use vantage_learn::{LatentGaussian, Viewing};
 
 /// Offsets of the mean likelihood from the true azimuth.
 const OFFSETS: usize = 72;
@@ -24,6 +24,7 @@ const OFFSETS: usize = 72;
 const WITHIN: f64 = 1.959_963_984_540_054;
 
 /// All that was said.
+#[derive(Default)]
 pub struct Decoded {
     /// Scores of the model.
     pub model: Scores,
@@ -36,12 +37,8 @@ pub struct Decoded {
 }
 
 /// Decodes all queries of a set; `factors` are the encoder's, one a view.
-pub fn decode(
-    set: &ViewSet,
-    factors: &[LatentGaussian],
-    model: &ViewpointModel,
-) -> Result<Decoded, BenchError> {
-    let dimension = model.latent().dimension();
+pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) -> Result<Decoded, BenchError> {
+    let dimension = model.latent().dimension;
     let mut found = Queries::default();
     for (index, instance) in set.instances.iter().enumerate() {
         let own = || set.views.iter().zip(factors).filter(move |(view, _)| view.instance == index);
@@ -63,18 +60,18 @@ pub fn decode(
             }
             found.residuals.extend(likelihood.whitened_residual(&view.viewpoint));
             let single = LatentGaussian::posterior(dimension, std::slice::from_ref(factor)).mean;
-            found.own.push(against(view, &single, model)?);
-            found.held_out.push(against(view, &latent, model)?);
+            found.own.extend(against(view, &single, model)?);
+            found.held_out.extend(against(view, &latent, model)?);
             found.mean_view.extend(mean_view.as_ref().map(|mean| psnr(&view.crop, mean)));
         }
     }
     Ok(found.decoded(model))
 }
 
-/// PSNR of what a latent looks like from a view's viewpoint.
-fn against(view: &View, latent: &DVector<f64>, model: &ViewpointModel) -> Result<f64, BenchError> {
-    let predicted: Crop = model.reconstruct(latent, &view.viewpoint.conditioning())?;
-    Ok(psnr(&view.crop, &predicted))
+/// PSNR of what a latent looks like from a view's viewpoint, by a model that can tell.
+fn against(view: &View, latent: &DVector<f64>, model: &dyn Viewing) -> Result<Option<f64>, BenchError> {
+    let predicted: Option<Crop> = model.reconstruct_view(latent, &view.viewpoint).transpose()?;
+    Ok(predicted.map(|predicted| psnr(&view.crop, &predicted)))
 }
 
 #[derive(Default)]
@@ -97,7 +94,7 @@ impl Queries {
         trial: &UnseenTrial,
         likelihood: &Likelihood<'_>,
         view: &View,
-        model: &ViewpointModel,
+        model: &dyn Viewing,
     ) {
         let Some(error) = ViewpointTrial::from(trial.clone()).error() else { return };
         let Some((derivative, sqrt_information)) = likelihood.by_azimuth(&view.viewpoint) else { return };
@@ -114,7 +111,7 @@ impl Queries {
         self.curve.1 += 1;
     }
 
-    fn decoded(mut self, model: &ViewpointModel) -> Decoded {
+    fn decoded(mut self, model: &dyn Viewing) -> Decoded {
         let mut scores = Scores::new();
         let trials: Vec<ViewpointTrial> = self.trials.iter().cloned().map(ViewpointTrial::from).collect();
         if let Some(shape) = summarize(&trials).model {

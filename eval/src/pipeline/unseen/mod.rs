@@ -9,18 +9,19 @@ pub use latents::steady_latents;
 pub use likelihood::Likelihood;
 pub use tables::{LATENTS, MEAN_VIEW, PIXELS, TABLES, UnseenTable};
 
-use super::{LoadedModel, Pipeline, code, views};
+use super::{Pipeline, code, views};
 use crate::exit::BenchError;
 use crate::output::OutputError;
 use crate::score::embedding::{Labels, Scores, score_embeddings};
 use crate::score::viewpoint::ViewpointTrial;
 use crate::table::Run;
+use decoder::Decoded;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use vantage_dataset::store::Key;
-use vantage_dataset::{Seed, Split, Symmetry, ViewSet};
-use vantage_learn::{LatentGaussian, ViewpointModel};
+use vantage_dataset::{Seed, Split, Symmetry, View, ViewSet};
+use vantage_learn::{LatentGaussian, Model, Viewing};
 
 const FILE: &str = "unseen.json";
 
@@ -54,15 +55,31 @@ impl From<UnseenTrial> for ViewpointTrial {
     }
 }
 
-/// The scores of all seeds. Each seed has instances of its own, all of the test split.
-pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Result<Vec<Unseen>, BenchError> {
+/// What is scored: a model as one of looks from viewpoints, or one that only embeds crops.
+#[derive(Clone, Copy)]
+pub enum Subject<'a> {
+    /// All scores.
+    Viewing(&'a dyn Viewing),
+    /// Those of embeddings.
+    Embedding(&'a Model),
+}
+
+/// The scores of all seeds. Each seed has instances of its own, all of the test split, none of which the model may have
+/// seen; `hash` identifies the model.
+pub fn unseen(
+    pipeline: &Pipeline,
+    seeds: &[Seed],
+    subject: Subject<'_>,
+    hash: &str,
+    check_unseen: impl Fn(&ViewSet) -> Result<(), BenchError>,
+) -> Result<Vec<Unseen>, BenchError> {
     let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
     let sets = seeds
         .iter()
         .map(|&seed| {
             let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
             rendered.advance(1);
-            model.check_unseen(set.instances.iter().map(|instance| instance.id))?;
+            check_unseen(&set)?;
             Ok((seed, set, seal))
         })
         .collect::<Result<Vec<_>, BenchError>>()?;
@@ -71,9 +88,9 @@ pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Resul
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
     sets.par_iter()
         .map(|(seed, set, seal)| {
-            let key = Key::new("unseen", &(code::ANSWERED, seal, &model.hash))?;
+            let key = Key::new("unseen", &(code::ANSWERED, seal, hash))?;
             let entry = super::stored(cache, note, &key, |work| {
-                let json = serde_json::to_vec(&score(*seed, set, model.model.inner())?)?;
+                let json = serde_json::to_vec(&score(*seed, set, subject)?)?;
                 let path = work.join(FILE);
                 std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
                 Ok(())
@@ -87,12 +104,24 @@ pub fn unseen(pipeline: &Pipeline, seeds: &[Seed], model: &LoadedModel) -> Resul
         .collect()
 }
 
-fn score(seed: Seed, set: &ViewSet, model: &ViewpointModel) -> Result<Unseen, BenchError> {
-    let factors: Vec<LatentGaussian> =
-        set.views.iter().map(|view| model.encode(&view.crop, &view.viewpoint)).collect::<Result<_, _>>()?;
-    let decoded = decoder::decode(set, &factors, model)?;
+fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, BenchError> {
     let labels = Labels::of(set);
-    let latents = score_embeddings(&latents::steady_latents(&factors, model.latent()), &labels, seed);
+    let (embeddings, decoded) = match subject {
+        Subject::Viewing(model) => {
+            let encode = |view: &View| model.encode_view(&view.crop, &view.viewpoint);
+            let factors: Vec<LatentGaussian> = set.views.iter().map(encode).collect::<Result<_, _>>()?;
+            (latents::steady_latents(&factors, model.latent()), decoder::decode(set, &factors, model)?)
+        }
+        Subject::Embedding(model) => {
+            let embed = |view: &View| {
+                let numbers = model.embed(&view.crop, None)?;
+                Ok(numbers.into_iter().map(|number| number as f32).collect())
+            };
+            let embeddings = set.views.iter().map(embed).collect::<Result<Vec<Vec<f32>>, BenchError>>()?;
+            (embeddings, Decoded::default())
+        }
+    };
+    let latents = score_embeddings(&embeddings, &labels, seed);
     let pixels = score_embeddings(&latents::pixels(set), &labels, seed);
 
     let mut given = latents.given;

@@ -161,8 +161,8 @@ impl<'a> Shader<'a> {
         let Light { ambient, diffuse, .. } = &self.scene.light;
         let Batch { taps, irradiance, gain, rgb, .. } = batch;
         for channel in 0..3 {
-            for i in 0..BATCH {
-                irradiance[channel][i] = ambient[channel] + diffuse[channel] * taps.incidence[i].max(0.0);
+            for (sum, incidence) in irradiance[channel].iter_mut().zip(&taps.incidence) {
+                *sum = ambient[channel] + diffuse[channel] * incidence.max(0.0);
             }
             for i in 0..BATCH {
                 gain[channel][i] = self.tables.gain(irradiance[channel][i]);

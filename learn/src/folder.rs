@@ -1,0 +1,190 @@
+//! A model folder at the door: nothing in it is trusted.
+
+use crate::canary::Canary;
+use crate::error::ModelError;
+use crate::latent::LatentGaussian;
+use crate::manifest::{FileRecord, MANIFEST, Manifest, sha256};
+use crate::onnx::graph::Graph;
+use crate::role::Role;
+use nalgebra::{DMatrix, DVector};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
+use vantage_dataset::{Crop, InstanceId};
+
+/// Bytes of the largest file read from a model folder.
+pub const LARGEST_FILE: u64 = 256 << 20;
+
+/// What every kind of model is made of: its manifest, and its graphs, checked and ready to run.
+pub(crate) struct ModelFolder {
+    pub(crate) path: PathBuf,
+    pub(crate) manifest: Manifest,
+    /// BLAKE3 of the manifest, which holds the hashes of all other files.
+    pub(crate) hash: String,
+    pub(crate) training_instances: BTreeSet<InstanceId>,
+    graphs: BTreeMap<Role, Graph>,
+    canary: Canary,
+}
+
+impl ModelFolder {
+    /// Versions, sizes, names, shapes, operators, finite weights and hashes are checked, external data is refused, and
+    /// the canary must come out as it did where the model was made.
+    pub(crate) fn load(folder: &Path) -> Result<Self, ModelError> {
+        let path = folder.join(MANIFEST);
+        let bytes = read(&path)?;
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        let manifest = Manifest::parse(&path, &bytes)?;
+        let mut graphs = BTreeMap::new();
+        for (&role, record) in &manifest.graphs {
+            let path = folder.join(&record.file);
+            let bytes = read(&path)?;
+            let signature = manifest.kind.signature(role, manifest.sizes());
+            let signature = signature.ok_or(ModelError::Absent { role })?;
+            let graph = Graph::from_bytes(&bytes, &signature);
+            // The hash is checked last, so that a damaged file is named by its damage where that can be told.
+            graphs.insert(role, graph.map_err(|source| ModelError::Graph { path: path.clone(), source })?);
+            check_hash(&path, &bytes, &record.sha256)?;
+        }
+        let canary =
+            Canary::parse(&folder.join(&manifest.canary.file), &read_recorded(folder, &manifest.canary)?)?;
+        let training_instances = training_instances(folder, &manifest.training.instances)?;
+        let model = Self { path, manifest, hash, training_instances, graphs, canary };
+        model.replay_canary(folder)?;
+        Ok(model)
+    }
+
+    /// Whether there is such a graph.
+    pub(crate) fn has(&self, role: Role) -> bool {
+        self.graphs.contains_key(&role)
+    }
+
+    /// Runs a graph: one slice an input, one vector an output.
+    pub(crate) fn run<const IN: usize, const OUT: usize>(
+        &self,
+        role: Role,
+        inputs: [&[f32]; IN],
+    ) -> Result<[Vec<f32>; OUT], ModelError> {
+        let graph = self.graphs.get(&role).ok_or(ModelError::Absent { role })?;
+        let outputs = graph.run(&inputs).map_err(|source| ModelError::Run { role, source })?;
+        Ok(outputs.try_into().expect("a checked graph has the outputs of its role"))
+    }
+
+    /// Runs a graph on its canary's input, as often as anyone likes.
+    pub(crate) fn replay(&self, role: Role) -> Result<(), ModelError> {
+        let graph = self.graphs.get(&role).ok_or(ModelError::Absent { role })?;
+        let case = self.canary.cases.iter().find(|case| case.role == role);
+        let inputs: Vec<_> = case.iter().flat_map(|case| &case.inputs).map(Vec::as_slice).collect();
+        graph.run(&inputs).map_err(|source| ModelError::Run { role, source })?;
+        Ok(())
+    }
+
+    fn replay_canary(&self, folder: &Path) -> Result<(), ModelError> {
+        let covered = |role: &&Role| self.canary.cases.iter().any(|case| case.role == **role);
+        if let Some(missing) = self.graphs.keys().find(|role| !covered(role)) {
+            return Err(ModelError::Manifest {
+                path: folder.join(&self.manifest.canary.file),
+                field: "cases".into(),
+                got: format!("none of {missing}"),
+                expected: "one of each graph".into(),
+            });
+        }
+        for case in &self.canary.cases {
+            let graph = self.graphs.get(&case.role).ok_or(ModelError::Absent { role: case.role })?;
+            let path = || folder.join(&self.manifest.graphs[&case.role].file);
+            let failed = |source| ModelError::Graph { path: path(), source };
+            if let Some((output, got)) = case.worst(graph).map_err(failed)? {
+                let tolerance = self.canary.tolerance;
+                if got > tolerance {
+                    return Err(ModelError::Canary { path: path(), output, got, tolerance });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The instances of a list, a line each.
+fn training_instances(folder: &Path, record: &FileRecord) -> Result<BTreeSet<InstanceId>, ModelError> {
+    let path = folder.join(&record.file);
+    let bytes = read_recorded(folder, record)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let id = |(index, line): (usize, &str)| {
+        let id = u64::from_str_radix(line, 16).ok().filter(|_| line.len() == 16);
+        id.map(InstanceId).ok_or_else(|| ModelError::Manifest {
+            path: path.clone(),
+            field: format!("line {}", index + 1),
+            got: format!("{line:?}"),
+            expected: "16 hexadecimal digits".into(),
+        })
+    };
+    text.lines().enumerate().map(id).collect()
+}
+
+/// Bytes of a file whose hash is right.
+fn read_recorded(folder: &Path, record: &FileRecord) -> Result<Vec<u8>, ModelError> {
+    let path = folder.join(&record.file);
+    let bytes = read(&path)?;
+    check_hash(&path, &bytes, &record.sha256)?;
+    Ok(bytes)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
+    let failed = |source| ModelError::Read { path: path.to_owned(), source };
+    let metadata = std::fs::metadata(path).map_err(failed)?;
+    if !metadata.is_file() {
+        return Err(ModelError::NotAFile { path: path.to_owned() });
+    }
+    if metadata.len() > LARGEST_FILE {
+        return Err(ModelError::TooLarge {
+            path: path.to_owned(),
+            bytes: metadata.len(),
+            limit: LARGEST_FILE,
+        });
+    }
+    let mut content = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(LARGEST_FILE).read_to_end(&mut content))
+        .map_err(failed)?;
+    Ok(content)
+}
+
+fn check_hash(path: &Path, bytes: &[u8], expected: &str) -> Result<(), ModelError> {
+    let got = sha256(bytes);
+    if got == expected {
+        return Ok(());
+    }
+    Err(ModelError::Hash { path: path.to_owned(), got, expected: expected.to_owned() })
+}
+
+/// Numbers as a graph takes them.
+pub(crate) fn narrowed(numbers: &[f64]) -> Vec<f32> {
+    numbers.iter().map(|&number| number as f32).collect()
+}
+
+/// Numbers as a graph gives them.
+pub(crate) fn widened(numbers: &[f32]) -> DVector<f64> {
+    DVector::from_iterator(numbers.len(), numbers.iter().map(|&number| f64::from(number)))
+}
+
+/// A matrix `[rows, ..]`, row-major.
+pub(crate) fn matrix(rows: usize, numbers: &[f32]) -> DMatrix<f64> {
+    let numbers_wide = numbers.iter().map(|&number| f64::from(number));
+    DMatrix::from_row_iterator(rows, numbers.len() / rows, numbers_wide)
+}
+
+/// A view's factor from its mean and log variance.
+pub(crate) fn factor(mean: &[f32], log_variance: &[f32]) -> LatentGaussian {
+    LatentGaussian { mean: widened(mean), variance: widened(log_variance).map(f64::exp) }
+}
+
+/// A crop of planes `[3, 32, 32]` in `[0, 1]`.
+pub(crate) fn crop_of(planes: &[f32]) -> Crop {
+    let pixels = CROP_SIDE * CROP_SIDE;
+    let mut crop = Crop::black();
+    for index in 0..CROP_BYTES {
+        let value = planes[(index % 3) * pixels + index / 3];
+        crop.0[index] = (value.clamp(0.0, 1.0) * 255.0).round() as u8;
+    }
+    crop
+}
