@@ -98,7 +98,9 @@ fn truncated_files_are_refused_at_any_length() {
             let folder = copied();
             fs::write(folder.path().join(&file), &whole[..part]).unwrap();
             let error = error(&folder);
-            assert!(error.to_string().contains(&file), "{file} cut to {part} bytes: {error}");
+            // Cut within its last line, a manifest has a wrong hash of the canary.
+            let named = if file == MANIFEST && part > whole.len() - 64 { CANARY } else { &file };
+            assert!(error.to_string().contains(named), "{file} cut to {part} bytes: {error}");
         }
     }
 }
@@ -293,10 +295,11 @@ fn tensors_too_large_are_refused_before_they_are_made() {
         let nodes = &mut model.graph.as_mut().unwrap().node;
         let first = nodes.iter().position(|node| node.op_type == "Conv").unwrap();
         let mut huge = nodes[first].clone();
-        huge.output[0] = "huge".into();
+        (huge.name, huge.output[0]) = ("huge".into(), "huge".into());
         let pads = huge.attribute.iter_mut().find(|attribute| attribute.name == "pads").unwrap();
         pads.ints = vec![1_000_000; 4];
         let node = |operator: &str, inputs: [&str; 2], output: &str| NodeProto {
+            name: output.into(),
             op_type: operator.into(),
             input: inputs.iter().filter(|name| !name.is_empty()).map(|&name| name.into()).collect(),
             output: vec![output.into()],
