@@ -140,6 +140,33 @@ fn of_two_runs_into_one_folder_the_second_waits_and_finds_all_done() {
 }
 
 #[test]
+fn look_alikes_of_a_mesh_keep_its_licence() {
+    let scene = SmallScene::new(&[
+        (
+            "families: [mug, duck, carton, teapot]",
+            "look_alike: 0.1\n  meshes: [{ path: box.obj, metres_per_unit: 0.15, up: z, category: box, split: test }]",
+        ),
+        ("steps: 12", "steps: 4"),
+    ]);
+    let corner = |i: u32| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2);
+    let corners: String = (0..8).map(corner).collect();
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    fs::write(scene.path("box.obj"), corners + faces).unwrap();
+    fs::write(scene.path("LICENSE"), "\nCC BY 4.0, by nobody\n").unwrap();
+    let mut command = bench();
+    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", "1"]);
+    command.args(["--format", "webdataset,bop", "--out"]).arg(scene.path("d"));
+    Finished::of(&mut command).expect(0, &[]);
+    for format in ["webdataset", "bop"] {
+        let manifest = fs::read(scene.path("d").join(format).join("manifest.json")).unwrap();
+        let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+        let objects = manifest["objects"].as_object().unwrap();
+        assert!(objects.len() >= 2, "{format}: {} objects", objects.len());
+        assert!(objects.values().all(|object| object["licence"] == "CC BY 4.0, by nobody"), "{objects:#?}");
+    }
+}
+
+#[test]
 fn what_is_not_ours_or_of_other_seeds_is_refused() {
     let scene = SmallScene::new(&[]);
     let write = |seeds: &str| {

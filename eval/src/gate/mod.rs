@@ -98,7 +98,8 @@ mod tests {
         // Over the four seeds the ATE itself varies by 0.13: the shift is a tenth of its standard error.
         let small = verdict(&shifted([0.006, 0.007, 0.005, 0.006]));
         assert_eq!(moved(&small), [("viewpoint_dependent", Movement::Regressed)]);
-        let shift = small.comparisons.iter().find_map(|c| c.shift).unwrap();
+        let moved_one = small.comparisons.iter().find(|c| c.movement == Movement::Regressed);
+        let shift = moved_one.and_then(|c| c.shift).unwrap();
         assert!((shift.mean.mean - 0.006).abs() < 1e-12 && shift.differing == 4, "{shift:?}");
         let better = verdict(&shifted([-0.006, -0.007, -0.005, -0.006]));
         assert_eq!(moved(&better), [("viewpoint_dependent", Movement::Improved)]);
