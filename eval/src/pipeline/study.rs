@@ -51,7 +51,7 @@ pub fn variant_models(
     (1..=study.seeds)
         .map(|seed| {
             let seed = Seed(seed);
-            let key = Key::new("study model", &(code::TRAINED, &conditions, seed, &spec))?;
+            let key = Key::new("study_model", &(code::TRAINED, &conditions, seed, &spec))?;
             let entry = pipeline.stored(&key, |work| {
                 if work.join(MANIFEST).exists() {
                     return Ok(());

@@ -5,7 +5,6 @@ use super::error::TrainError;
 use super::files;
 use super::progress::Stage;
 use burn::module::Module;
-use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
 use burn::tensor::Bytes;
 use serde::{Deserialize, Serialize};
@@ -14,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// The checkpoint's file; removed when the model is complete.
 pub const CHECKPOINT: &str = "training.checkpoint";
 
-const MAGIC: &[u8] = b"vantage checkpoint 1\n";
+const MAGIC: &[u8] = b"vantage checkpoint 2\n";
 const HASH: usize = blake3::OUT_LEN;
 
 /// The state of a training after some step.
@@ -124,14 +123,4 @@ pub(crate) fn module_from<M: Module>(module: M, bytes: &[u8]) -> Result<M, Strin
     let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes.to_vec()));
     let record = record.map_err(|error| error.to_string())?;
     module.try_load_record(record).map_err(|error| error.to_string())
-}
-
-/// An optimiser's state as bytes.
-pub(crate) fn optimizer_bytes(optimizer: &ModuleOptimizer) -> Result<Vec<u8>, String> {
-    Ok(optimizer.into_bytes().map_err(|error| error.to_string())?.to_vec())
-}
-
-/// An optimiser with the state of [`optimizer_bytes`].
-pub(crate) fn optimizer_from(optimizer: ModuleOptimizer, bytes: &[u8]) -> Result<ModuleOptimizer, String> {
-    optimizer.from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|error| error.to_string())
 }

@@ -4,6 +4,7 @@
 //! 2. Encoder and decoder on the frozen features, by the bound of Eq. 12-14 or of Eq. 20 over several views.
 //! 3. The noise of the measurement, on validation instances.
 
+mod adam;
 mod autoencoder;
 mod calibration;
 mod canaries;

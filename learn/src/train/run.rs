@@ -1,5 +1,6 @@
 //! One training: its folder, what it tells, and the descent that both stages share.
 
+use super::adam::Adam;
 use super::checkpoint::{self, Checkpoint, State};
 use super::curve::{Curve, Loss};
 use super::error::TrainError;
@@ -8,7 +9,7 @@ use super::progress::{Progress, Stage};
 use crate::architecture::Architecture;
 use crate::spec::TrainingSpec;
 use burn::module::Module;
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -36,21 +37,21 @@ pub(crate) struct Step<const N: usize> {
 /// A module as far as a checkpoint brought it.
 pub(crate) struct Started<M> {
     pub(crate) module: M,
-    pub(crate) optimizer: ModuleOptimizer,
+    pub(crate) optimizer: Adam,
     pub(crate) done: usize,
 }
 
 impl<M: Module> Started<M> {
     /// At the first step.
     pub(crate) fn fresh(module: M) -> Self {
-        Self { module, optimizer: optimizer(), done: 0 }
+        Self { module, optimizer: Adam::default(), done: 0 }
     }
 
     /// After the steps of a checkpoint.
     pub(crate) fn resumed(module: M, bytes: &[u8], checkpoint: &Checkpoint) -> Result<Self, String> {
         Ok(Self {
             module: checkpoint::module_from(module, bytes)?,
-            optimizer: checkpoint::optimizer_from(optimizer(), &checkpoint.optimizer)?,
+            optimizer: Adam::from_bytes(&checkpoint.optimizer).ok_or("its optimiser is cut short")?,
             done: checkpoint.state.step,
         })
     }
@@ -59,10 +60,6 @@ impl<M: Module> Started<M> {
 /// The device that training tensors live on: the CPU, with derivatives.
 pub(crate) fn training_device() -> Device {
     Device::flex().autodiff()
-}
-
-fn optimizer() -> ModuleOptimizer {
-    AdamConfig::new().with_epsilon(1e-8).init()
 }
 
 impl Run<'_> {
@@ -100,7 +97,7 @@ impl Run<'_> {
             if row.step.is_multiple_of(every) || row.step == steps {
                 let unwritable = |error: String| files::unwritable(self.folder, &error);
                 let [trunk, autoencoder] = parts(&module).map_err(unwritable)?;
-                let optimizer = checkpoint::optimizer_bytes(&optimizer).map_err(unwritable)?;
+                let optimizer = optimizer.to_bytes();
                 let state = State { key: self.key.clone(), stage, step: row.step, curve: self.curve.clone() };
                 Checkpoint { state, trunk, autoencoder, optimizer }.write(self.folder)?;
                 self.curve.write_table(self.folder)?;
