@@ -156,7 +156,7 @@ fn predictive() -> TempDir {
     folder.add(Role::Encoder, 13, encoder, &[&planes], &[mean.clone(), log_variance]);
     let m = linear(&planes, MEASUREMENT, 1.7);
     let measurement = |graph: &mut GraphProto| of_crop(graph, "measurement", MEASUREMENT, 1.7);
-    folder.add(Role::Measurement, 17, measurement, &[&planes], &[m.clone()]);
+    folder.add(Role::Measurement, 17, measurement, &[&planes], std::slice::from_ref(&m));
     let predictor = |graph: &mut GraphProto| {
         add_half_weight(graph, "E", &[LATENT, MEASUREMENT], &weights(LATENT * MEASUREMENT, 0.7));
         add_constant(graph, "M", &[MEASUREMENT, MEASUREMENT], &weights(MEASUREMENT * MEASUREMENT, 1.1));
@@ -230,7 +230,7 @@ fn an_embedding_embeds_and_has_nothing_else() {
     let planes = crop().to_chw();
     let mean = linear(&planes, LATENT, 0.4);
     let encoder = |graph: &mut GraphProto| of_crop(graph, "mean", LATENT, 0.4);
-    folder.add(Role::Encoder, 18, encoder, &[&planes], &[mean.clone()]);
+    folder.add(Role::Encoder, 18, encoder, &[&planes], std::slice::from_ref(&mean));
     let folder = folder.finish(json!({}));
     let model = Model::load(folder.path()).unwrap();
     let embedded = model.embed(&crop(), None).unwrap();
