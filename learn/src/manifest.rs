@@ -201,8 +201,9 @@ impl Manifest {
         }
         self.check_convention(path)?;
         self.check_graphs(path)?;
-        check_name(path, "canary.file", &self.canary.file)?;
-        check_name(path, "training.instances.file", &self.training.instances.file)
+        check_record(path, "canary", &self.canary.file, &self.canary.sha256)?;
+        let FileRecord { file, sha256 } = &self.training.instances;
+        check_record(path, "training.instances", file, sha256)
     }
 
     fn check_convention(&self, path: &Path) -> Result<(), ModelError> {
@@ -239,7 +240,7 @@ impl Manifest {
                 let expected = format!("only {} in a model of kind {}", roles.join(", "), self.kind);
                 return fault(role, "", "there".into(), expected);
             };
-            check_name(path, &format!("graphs.{role}.file"), &record.file)?;
+            check_record(path, &format!("graphs.{role}"), &record.file, &record.sha256)?;
             let expected = GraphRecord::new(&record.file, &[], &signature);
             for (what, got, expected) in [
                 (".inputs", &record.inputs, expected.inputs),
@@ -260,14 +261,21 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 }
 
 /// A file must lie in the folder itself.
-fn check_name(path: &Path, field: &str, file: &str) -> Result<(), ModelError> {
+fn check_record(path: &Path, field: &str, file: &str, sha256: &str) -> Result<(), ModelError> {
+    let fault = |part: &str, got: &str, expected: &str| {
+        let (field, got) = (format!("{field}.{part}"), format!("{got:?}"));
+        Err(ModelError::Manifest { path: path.into(), field, got, expected: expected.into() })
+    };
     let mut components = Path::new(file).components();
     let plain = matches!(components.next(), Some(Component::Normal(name)) if name == file);
-    if plain && components.next().is_none() {
-        return Ok(());
+    if !plain || components.next().is_some() {
+        return fault("file", file, "the name of a file in the model's folder");
     }
-    let (field, expected) = (field.into(), "the name of a file in the model's folder".into());
-    Err(ModelError::Manifest { path: path.into(), field, got: format!("{file:?}"), expected })
+    let digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
+    if sha256.len() != 64 || !sha256.bytes().all(digit) {
+        return fault("sha256", sha256, "64 hexadecimal digits in lower case, in quotes");
+    }
+    Ok(())
 }
 
 /// Before the fields of another version are misread as faults of this one.
