@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn classes_apart_are_told_from_one_tag_and_noise_is_at_chance() {
-        let (instances, classes) = labels(5, 4, 8);
+        let (instances, classes) = labels(5, 4, 20);
         let mut apart = noise(instances.len(), 1.0);
         apart.iter_mut().zip(&classes).for_each(|(e, &class)| e[0] += 1e3 * class as f32);
         let found = ground(&apart, &instances, &classes, Seed(0)).unwrap();

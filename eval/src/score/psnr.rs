@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn known_errors_have_known_ratios() {
-        assert_relative_eq!(psnr(&grey(10), &grey(35)), 20.171_913_22, epsilon = 1e-8);
+        assert_relative_eq!(psnr(&grey(10), &grey(35)), 20.172_003_4, epsilon = 1e-6);
         assert_eq!(psnr(&grey(0), &grey(255)), 0.0);
         let mut noise = Crop::black();
         let mut stream = Seed(1).stream("noise", 0);
