@@ -11,6 +11,8 @@ use vantage_dataset::Stream;
 const TRIES: usize = 2_000;
 /// Layouts begun before giving up.
 const RESTARTS: usize = 20;
+/// Objects in a row without room after which the others are taken to have none.
+const MISSES: usize = 50;
 
 /// Where one object is put down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +68,8 @@ pub fn draw(
     }
     // Of the smallest the most fit.
     order.reverse();
-    let placed = layout.of_some(&order, stream);
+    let placed: Vec<_> = (0..RESTARTS).map(|_| layout.of_some(&order, stream)).collect();
+    let placed = placed.into_iter().max_by_key(Vec::len).unwrap_or_default();
     let (fitting, wanted) = (placed.len(), footprints.len());
     if fitting < wanted {
         Err(SimError::NothingFits { fitting, wanted, surface })
@@ -98,12 +101,18 @@ impl Layout<'_> {
         Some(in_turn(placed))
     }
 
-    /// Places objects in this order, but for those that find no room.
+    /// Places objects in this order, but for those that find no room, until too many in a row found none.
     fn of_some(&self, order: &[usize], stream: &mut Stream) -> Vec<(usize, Place)> {
-        let mut placed = Vec::new();
+        let (mut placed, mut misses) = (Vec::new(), 0);
         for &object in order {
-            let place = self.place(object, &placed, stream);
-            placed.extend(place.map(|place| (object, place)));
+            match self.place(object, &placed, stream) {
+                Some(place) => {
+                    placed.push((object, place));
+                    misses = 0;
+                }
+                None if misses == MISSES => break,
+                None => misses += 1,
+            }
         }
         placed
     }

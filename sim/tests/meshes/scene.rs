@@ -285,7 +285,8 @@ fn fixtures_stand_within_the_room_and_not_in_one_another() {
     assert_eq!(refused(&[fixture([3.0, 0.0], 0.0, 0.5)]), [], "in touch with a wall");
     assert_eq!(refused(&[fixture([3.01, 0.0], 0.0, 0.5)]), [Part::Fixture(0)]);
     assert_eq!(refused(&[fixture([2.95, 0.0], 45.0, 0.5)]), [Part::Fixture(0)], "a corner in the wall");
-    assert_eq!(refused(&[fixture([1.9, 0.0], 0.0, 2.7)]), [Part::Fixture(0)], "higher than the room");
+    let both = [Part::Fixture(0), Part::Fixture(0)];
+    assert_eq!(refused(&[fixture([1.9, 0.0], 0.0, 2.7)]), both, "higher than the room, and in the table");
     assert_eq!(refused(&[fixture([2.0, 2.0], 0.0, 0.5), fixture([2.0, 1.5], 0.0, 0.5)]), [], "side by side");
     let pair = [fixture([2.0, 2.0], 0.0, 0.5), fixture([2.0, 1.6], 0.0, 0.5)];
     assert_eq!(refused(&pair), [Part::Fixture(1)]);
