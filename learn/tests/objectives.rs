@@ -1,0 +1,157 @@
+//! What each objective trains, and what it may read.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+use support::{synthetic, tiny_spec, training_views, validation_views};
+use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_learn::{
+    CURVE_TABLE, ClassSpec, Kind, Model, Motion, Objective, Pairs, PredictiveSpec, Progress, Stage,
+    TrainError, Training, TrainingSpec, train,
+};
+
+fn trained(set: &ViewSet, spec: &TrainingSpec, folder: &Path) -> Result<(), TrainError> {
+    let validation = synthetic::toured(validation_views());
+    let provenance = BTreeMap::new();
+    let asked = Training {
+        training: set,
+        validation: &validation,
+        spec,
+        seed: Seed(0),
+        provenance: &provenance,
+        folder,
+        trunks: None,
+    };
+    train(asked, &mut |_| ControlFlow::Continue(()))
+}
+
+fn curve(set: &ViewSet, spec: &TrainingSpec) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    trained(set, spec, folder.path()).unwrap();
+    std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap()
+}
+
+fn predictive(predictive: PredictiveSpec) -> TrainingSpec {
+    TrainingSpec { objective: Objective::ViewpointPredictive, predictive, ..tiny_spec() }
+}
+
+#[test]
+fn every_objective_leaves_a_model_of_its_kind_that_runs() {
+    let camera = PredictiveSpec { motion: Motion::Camera, ..PredictiveSpec::default() };
+    let adjacent = PredictiveSpec { pairs: Pairs::Adjacent, source: 0.0, ..PredictiveSpec::default() };
+    let single = TrainingSpec { views: 1, context: 1, instance_weight: 0.0, ..tiny_spec() };
+    let rival = |objective| TrainingSpec { objective, ..tiny_spec() };
+    let set = synthetic::toured(training_views());
+    for (spec, kind, viewing, steady) in [
+        (TrainingSpec { steerable: false, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
+        (single, Kind::ViewpointDependent, true, 20),
+        (predictive(PredictiveSpec::default()), Kind::ViewpointPredictive, true, 20),
+        (predictive(adjacent), Kind::ViewpointPredictive, true, 20),
+        (predictive(camera), Kind::ViewpointPredictive, false, 30),
+        (rival(Objective::Autoencoder), Kind::Embedding, false, 30),
+        (rival(Objective::Contrastive), Kind::Embedding, false, 30),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        trained(&set, &spec, folder.path()).unwrap();
+        let model = Model::load(folder.path()).unwrap();
+        assert_eq!(model.manifest().kind, kind, "{spec:?}");
+        assert_eq!(model.viewing().is_some(), viewing, "{spec:?}");
+        let view = &set.views[0];
+        let embedded = model.embed(&view.crop, Some(&view.viewpoint)).unwrap();
+        assert_eq!(embedded.len(), steady, "{spec:?}");
+        assert!(embedded.iter().all(|number| number.is_finite()) && embedded.iter().any(|n| n.abs() > 1e-6));
+    }
+}
+
+#[test]
+fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
+    let set = synthetic::toured(training_views());
+    let folder = tempfile::tempdir().unwrap();
+    trained(&set, &predictive(PredictiveSpec::default()), folder.path()).unwrap();
+    let model = Model::load(folder.path()).unwrap();
+    let viewing = model.viewing().unwrap();
+    let view = &set.views[0];
+    let one = viewing.encode_view(&view.crop, &view.viewpoint).unwrap();
+    let turned = viewing.encode_view(&view.crop, &view.viewpoint.turned(1.1)).unwrap();
+    assert!((&one.mean - &turned.mean).norm() > 1e-3);
+    let ahead = viewing.predict_view(&one.mean, &view.viewpoint.turned(0.4)).unwrap();
+    let same = viewing.predict_view(&turned.mean, &view.viewpoint.turned(1.5)).unwrap();
+    assert!((&ahead - &same).norm() < 1e-4 * (1.0 + ahead.norm()), "{ahead} {same}");
+    let still = viewing.predict_view(&one.mean, &view.viewpoint).unwrap();
+    assert!((ahead - still).norm() > 1e-3);
+}
+
+#[test]
+fn the_predictive_model_reads_odometry_and_nothing_true() {
+    let set = synthetic::toured(training_views());
+    let mut lied_to = set.clone();
+    for (index, view) in lied_to.views.iter_mut().enumerate() {
+        view.viewpoint = view.viewpoint.turned(index as f64);
+        view.viewpoint.log_distance += 0.3;
+    }
+    let spec = predictive(PredictiveSpec::default());
+    assert!(curve(&set, &spec) == curve(&lied_to, &spec));
+    let told = predictive(PredictiveSpec { motion: Motion::TrueObjectCentred, ..PredictiveSpec::default() });
+    assert!(curve(&set, &told) != curve(&lied_to, &told));
+}
+
+#[test]
+fn without_sightings_the_predictive_model_is_refused_with_the_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let error =
+        trained(&training_views(), &predictive(PredictiveSpec::default()), folder.path()).unwrap_err();
+    assert!(matches!(error, TrainError::Sighting { split: Split::Train, view: 0 }));
+    assert!(error.to_string().contains("views.odometry"), "{error}");
+}
+
+#[test]
+fn classes_are_read_by_the_class_term_alone() {
+    let set = training_views();
+    let mut renamed = set.clone();
+    for (index, instance) in renamed.instances.iter_mut().enumerate() {
+        instance.family = format!("family {}", index % 3);
+    }
+    assert!(curve(&set, &tiny_spec()) == curve(&renamed, &tiny_spec()));
+    let with_class = TrainingSpec { class: Some(ClassSpec { tagged: 0.5, sigma: 1.0 }), ..tiny_spec() };
+    assert!(curve(&set, &with_class) != curve(&renamed, &with_class));
+    let untagged = TrainingSpec { class: Some(ClassSpec { tagged: 0.0, sigma: 1.0 }), ..tiny_spec() };
+    assert!(curve(&set, &untagged) == curve(&renamed, &untagged));
+}
+
+#[test]
+fn trainings_that_differ_in_stage_two_share_a_trunk_and_no_result_changes() {
+    let (set, validation) = (training_views(), validation_views());
+    let trunks = tempfile::tempdir().unwrap();
+    let other = TrainingSpec { instance_weight: 0.0, ..tiny_spec() };
+    let run = |spec: &TrainingSpec, trunks: Option<&Path>| {
+        let folder = tempfile::tempdir().unwrap();
+        let provenance = BTreeMap::new();
+        let asked = Training {
+            training: &set,
+            validation: &validation,
+            spec,
+            seed: Seed(0),
+            provenance: &provenance,
+            folder: folder.path(),
+            trunks,
+        };
+        let mut trunk_steps = 0;
+        let count = |progress: &Progress| {
+            trunk_steps += usize::from(matches!(progress, Progress::Step { stage: Stage::Trunk, .. }));
+            ControlFlow::Continue(())
+        };
+        let mut count = count;
+        train(asked, &mut count).unwrap();
+        (trunk_steps, std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap())
+    };
+    assert_eq!(run(&tiny_spec(), Some(trunks.path())).0, tiny_spec().trunk_steps as usize);
+    let (steps, shared) = run(&other, Some(trunks.path()));
+    assert_eq!(steps, 0);
+    assert!(shared == run(&other, None).1);
+    let measured = TrainingSpec { measurement_dim: 7, ..tiny_spec() };
+    assert_eq!(run(&measured, Some(trunks.path())).0, measured.trunk_steps as usize);
+}
