@@ -116,8 +116,9 @@ pub(crate) struct Bound<'a> {
 
 /// The negative bound of the random batch of a step, a view.
 pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4> {
-    // Forked, as burn works on the graphs of one parameter one after the other.
-    let networks: Vec<Autoencoder> = (0..PARTS).map(|_| network.clone().fork(bound.device)).collect();
+    // Copies that share no node with each other: burn works on the graphs of one parameter one after the other.
+    let plain = network.valid();
+    let networks: Vec<Autoencoder> = (0..PARTS).map(|_| plain.clone().train()).collect();
     let parts: Vec<Step<4>> = networks
         .into_par_iter()
         .enumerate()
