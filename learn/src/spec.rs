@@ -77,15 +77,19 @@ pub struct ClassSpec {
 pub struct TrainingSpec {
     /// What is trained.
     #[garde(skip)]
+    #[serde(skip_serializing_if = "is_default")]
     pub objective: Objective,
     /// Whether part of the latent turns with the azimuth. If not, none of it does.
     #[garde(skip)]
+    #[serde(skip_serializing_if = "is_true")]
     pub steerable: bool,
     /// Of the viewpoint-predictive model.
     #[garde(dive)]
+    #[serde(skip_serializing_if = "is_default")]
     pub predictive: PredictiveSpec,
     /// The class term; without it no training reads a class.
     #[garde(dive)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<ClassSpec>,
     /// Steps that train the trunk, whose features become the reduced measurement.
     #[garde(range(min = 1, max = 1_000_000))]
@@ -123,6 +127,7 @@ pub struct TrainingSpec {
     pub instance_sigma: f64,
     /// Weight of the instance term; 0 leaves it out.
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan))]
+    #[serde(skip_serializing_if = "is_one")]
     pub instance_weight: f64,
     /// Steps between two checkpoints, from which an interrupted training goes on.
     #[garde(range(min = 1, max = 1_000_000))]
@@ -163,6 +168,19 @@ impl Default for TrainingSpec {
             checkpoint_every: 250,
         }
     }
+}
+
+// Settings that came later do not enter the hash of scenes that leave them as they were.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+fn is_true(value: &bool) -> bool {
+    *value
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 fn not_nan(value: &f64, _: &()) -> garde::Result {

@@ -101,11 +101,16 @@ impl EmbeddingMap<'_> {
         let (map, _) = area.split_horizontally(SIDE);
         self.draw(&map, plane, square).map_err(refused)?;
         let title = ("sans-serif", 20).into_font().color(&BLACK);
-        let at = ((SIDE + GAP) as i32, 8);
+        let at = ((SIDE + GAP) as i32 + 4, 8);
         area.draw_text("Images in the outlined square", &title, at).map_err(refused)?;
         drop((area, map));
         let colors = group_colors(self.names.len());
         canvas.place(&image_grid(self, square, &colors, SIDE), SIDE + GAP, HEAD);
+        let corners =
+            [(SIDE + GAP, HEAD), (2 * SIDE + GAP - 1, HEAD + SIDE - 1)].map(|(x, y)| (x as i32, y as i32));
+        let area = (&mut canvas).into_drawing_area();
+        area.draw(&Rectangle::new(corners, BLACK.stroke_width(2))).map_err(refused)?;
+        drop(area);
         canvas.png()
     }
 
@@ -137,7 +142,7 @@ impl EmbeddingMap<'_> {
     {
         area.fill(&WHITE)?;
         let title = ("sans-serif", 20).into_font().color(&BLACK);
-        area.draw_text(self.title, &title, (0, 8))?;
+        area.draw_text(self.title, &title, (4, 8))?;
         let place = |point: [f64; 2]| {
             let across = (point[0] - plane.low[0]) / plane.side * f64::from(SIDE - 1);
             let up = (point[1] - plane.low[1]) / plane.side * f64::from(SIDE - 1);

@@ -82,7 +82,7 @@ fn draw(panel: &ViewpointPanel, area: &DrawingArea<&mut Canvas, Shift>) -> Drawn
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 14))
         .x_labels(9)
-        .y_labels(4)
+        .y_labels(6)
         .x_label_formatter(&|x| format!("{x:.0}"))
         .y_label_formatter(&|y| format!("{y:.0}"))
         .draw()?;

@@ -95,7 +95,7 @@ mod tests {
         let clusters = density_clusters(&embeddings).unwrap();
         assert_eq!(clusters.clusters, 4);
         let scores = cluster_scores(&truth, &clusters.labels()).unwrap();
-        assert_eq!(scores.homogeneity, 1.0);
+        assert_eq!(scores.purity, 1.0);
         assert!(scores.ari > 0.95, "{scores:?}");
     }
 
@@ -125,7 +125,7 @@ mod tests {
         assert!(last.iter().all(|l| *l >= clusters.clusters && !labels[..40].contains(l)));
         assert!(clusters.noise() >= 3.0 / 43.0);
         let scores = cluster_scores(&truth, &labels).unwrap();
-        assert!(scores.homogeneity == 1.0 && scores.completeness < 1.0, "{scores:?}");
+        assert!(scores.purity == 1.0 && scores.completeness < 1.0, "{scores:?}");
     }
 
     #[test]

@@ -157,7 +157,7 @@ mod tests {
         assert_eq!((scores.given.len(), scores.grounding.len()), (13, 7));
         assert_eq!(scores.density[&Metric::ClusterCount], 0.0);
         assert!(scores.density[&Metric::Ari] > 0.8 && scores.density[&Metric::Noise] < 0.2, "{scores:?}");
-        assert_eq!(scores.density[&Metric::Homogeneity], 1.0);
+        assert_eq!(scores.density[&Metric::Purity], 1.0);
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub fn tiny_spec() -> TrainingSpec {
     TrainingSpec {
         trunk_steps: 40,
         trunk_batch: 16,
-        steps: 60,
+        steps: 120,
         batch: 8,
         views: 4,
         context: 3,

@@ -55,7 +55,7 @@ fn damage_to_any_file_of_an_episode_is_noticed() {
 fn damage_to_any_file_of_a_view_set_is_noticed() {
     let folder = tempfile::tempdir().unwrap();
     write_views(folder.path(), &view_set(Seed(6), 5), Provenance::new()).unwrap();
-    assert_eq!(files(folder.path()).len(), 4);
+    assert_eq!(files(folder.path()).len(), 5);
     assert_every_damage_noticed(folder.path(), |folder| read_views(folder).map(drop));
 }
 
