@@ -66,7 +66,8 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     Ok(Exit::Success)
 }
 
-/// What a study's table shows.
+/// The table of unseen instances that a study shows, and its metrics.
+const TABLE: &str = "latents";
 const METRICS: [Metric; 7] = [
     Metric::Ari,
     Metric::Nmi,
@@ -84,7 +85,7 @@ fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
 fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
     let of_method = || {
-        let runs = unseen.iter().flat_map(|set| set.runs.values().flatten());
+        let runs = unseen.iter().flat_map(|set| set.runs.get(TABLE).into_iter().flatten());
         runs.filter(|run| run.method == method)
     };
     let sets = of_method().count() as f64;
