@@ -5,18 +5,37 @@
 #[expect(dead_code, reason = "other tests use the rest")]
 mod support;
 
+use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
-use support::{synthetic, tiny_spec, training_views, validation_views};
-use vantage_dataset::{Seed, Split, ViewSet};
+use support::{tiny_spec, training_views, validation_views};
+use vantage_dataset::sighting::DIAMETER_PER_BOX;
+use vantage_dataset::{Pose, Seed, Sighting, Split, ViewSet};
 use vantage_learn::{
     CURVE_TABLE, ClassSpec, Kind, Model, Motion, Objective, Pairs, PredictiveSpec, Progress, Stage,
     TrainError, Training, TrainingSpec, train,
 };
 
+/// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
+/// large.
+fn toured(mut set: ViewSet) -> ViewSet {
+    for (index, view) in set.views.iter_mut().enumerate() {
+        view.session = index % 2;
+        let distance = view.viewpoint.log_distance.exp();
+        let seen = view.viewpoint.turned(0.7 + view.session as f64);
+        let eye = Point3::from(seen.direction * distance);
+        let looking = Pose::face_towards(&eye, &Point3::origin(), &-Vector3::z());
+        let camera = looking * Pose::rotation(Vector3::z() * -seen.roll);
+        let angular_size = 1.0 / DIAMETER_PER_BOX / distance;
+        view.sighting =
+            Some(Sighting { step: index, session_from_camera: camera, ray: [0.0; 2], angular_size });
+    }
+    set
+}
+
 fn trained(set: &ViewSet, spec: &TrainingSpec, folder: &Path) -> Result<(), TrainError> {
-    let validation = synthetic::toured(validation_views());
+    let validation = toured(validation_views());
     let provenance = BTreeMap::new();
     let asked = Training {
         training: set,
@@ -46,7 +65,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
     let adjacent = PredictiveSpec { pairs: Pairs::Adjacent, source: 0.0, ..PredictiveSpec::default() };
     let single = TrainingSpec { views: 1, context: 1, instance_weight: 0.0, ..tiny_spec() };
     let rival = |objective| TrainingSpec { objective, ..tiny_spec() };
-    let set = synthetic::toured(training_views());
+    let set = toured(training_views());
     for (spec, kind, viewing, steady) in [
         (TrainingSpec { steerable: false, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
         (single, Kind::ViewpointDependent, true, 20),
@@ -70,7 +89,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
 
 #[test]
 fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
-    let set = synthetic::toured(training_views());
+    let set = toured(training_views());
     let folder = tempfile::tempdir().unwrap();
     trained(&set, &predictive(PredictiveSpec::default()), folder.path()).unwrap();
     let model = Model::load(folder.path()).unwrap();
@@ -88,7 +107,7 @@ fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
 
 #[test]
 fn the_predictive_model_reads_odometry_and_nothing_true() {
-    let set = synthetic::toured(training_views());
+    let set = toured(training_views());
     let mut lied_to = set.clone();
     for (index, view) in lied_to.views.iter_mut().enumerate() {
         view.viewpoint = view.viewpoint.turned(index as f64);

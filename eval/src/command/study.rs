@@ -5,7 +5,9 @@ use crate::exit::{BenchError, Exit};
 use crate::manifest::Manifest;
 use crate::metric::Metric;
 use crate::output::OutputFolder;
-use crate::pipeline::{LATENTS, PIXELS, Pipeline, Unseen, study_views, variant_models, variant_scores};
+use crate::pipeline::{
+    LATENTS, OF_LATENTS, PIXELS, Pipeline, Unseen, UnseenTable, study_views, variant_models, variant_scores,
+};
 use crate::render::{self, Style};
 use crate::report;
 use crate::results::Results;
@@ -18,6 +20,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use vantage_dataset::Seed;
 
+/// What a study shows of unseen instances.
+const TABLE: UnseenTable = OF_LATENTS;
 /// Folder of the cache that holds trained trunks.
 const TRUNKS: &str = "trunks";
 
@@ -57,7 +61,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 
     let names: Vec<&str> =
         study.variants.iter().map(|variant| variant.name.as_str()).chain([PIXELS]).collect();
-    let table = Table::new("models", &names, Some(names[0]), &METRICS, &seeds, runs)?;
+    let table = Table::new("models", &names, Some(names[0]), TABLE.metrics(), &seeds, runs)?;
     writeln!(stdout, "{}", render::tables(&table, Style::Terminal))?;
     let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
     let notes = format!("# {}\n\n{}\n\n{}", study.name, study.purpose.trim(), notes.collect::<String>());
@@ -66,18 +70,6 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     Ok(Exit::Success)
 }
 
-/// The table of unseen instances that a study shows, and its metrics.
-const TABLE: &str = "latents";
-const METRICS: [Metric; 7] = [
-    Metric::Ari,
-    Metric::Nmi,
-    Metric::VMeasure,
-    Metric::RecallAt1,
-    Metric::RecallAt1AcrossLight,
-    Metric::ViewpointMedian,
-    Metric::ViewpointRight,
-];
-
 fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
     Run { method: method.to_owned(), seed, outcome: Outcome::Done, scores }
 }
@@ -85,7 +77,7 @@ fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
 fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
     let of_method = || {
-        let runs = unseen.iter().flat_map(|set| set.runs.get(TABLE).into_iter().flatten());
+        let runs = unseen.iter().flat_map(|set| set.runs.get(TABLE.name).into_iter().flatten());
         runs.filter(|run| run.method == method)
     };
     let sets = of_method().count() as f64;
@@ -94,5 +86,5 @@ fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
         let scores = scores.filter(|scores| !scores.is_empty())?;
         Some((metric, scores.iter().sum::<f64>() / sets))
     };
-    METRICS.into_iter().filter_map(mean).collect()
+    TABLE.metrics().iter().copied().filter_map(mean).collect()
 }

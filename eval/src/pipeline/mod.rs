@@ -25,7 +25,7 @@ pub use study::{StudyViews, VariantModel, study_views, variant_models, variant_s
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
 pub use unseen::{
-    LATENTS, Likelihood, MEAN_VIEW, PIXELS, Subject, TABLES, Unseen, UnseenTable, UnseenTrial,
+    LATENTS, Likelihood, MEAN_VIEW, OF_LATENTS, PIXELS, Subject, TABLES, Unseen, UnseenTable, UnseenTrial,
     steady_latents, unseen,
 };
 pub use views::views;

@@ -1,5 +1,5 @@
-//! Adam (Kingma and Ba 2015), in one pass over the numbers of a parameter; burn's own makes one for each operation, which
-//! took a third of a training step here. The tests check it against that.
+//! Adam (Kingma and Ba 2015), in one pass over the numbers of a parameter; burn's own makes one for each operation. The
+//! tests check it against that.
 
 use super::views::numbers;
 use burn::module::{Module, ModuleMapper, Param};

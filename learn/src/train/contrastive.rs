@@ -37,13 +37,7 @@ pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4
     let Bound { views, features, spec, architecture, seed, device } = *bound;
     let mut stream = seed.stream("contrastive batch", index as u64);
     let half = (spec.batch * spec.views / 2).max(2) as usize;
-    let mut rows = vec![0; 2 * half];
-    for row in 0..half {
-        let group = &views.groups[stream.below(views.groups.len())].views;
-        let first = stream.below(group.len());
-        let second = (first + 1 + stream.below(group.len() - 1)) % group.len();
-        (rows[row], rows[half + row]) = (group[first], group[second]);
-    }
+    let rows = views.pairs(half, &mut stream);
     let nothing = table(Vec::new(), rows.len(), device);
     let inputs = encoder_input(architecture, features.crop(&rows, device), &nothing);
     let turn = Turn::new(architecture.latent, &nothing);

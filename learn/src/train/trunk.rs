@@ -106,15 +106,7 @@ fn draw(task: Task, views: &Views, count: usize, stream: &mut Stream) -> Vec<usi
     if !task.paired() {
         return (0..count).map(|_| views.usable[stream.below(views.usable.len())]).collect();
     }
-    let mut batch = vec![0; 2 * (count / 2).max(1)];
-    let half = batch.len() / 2;
-    for row in 0..half {
-        let group = &views.groups[stream.below(views.groups.len())].views;
-        let first = stream.below(group.len());
-        let second = (first + 1 + stream.below(group.len() - 1)) % group.len();
-        (batch[row], batch[half + row]) = (group[first], group[second]);
-    }
-    batch
+    views.pairs((count / 2).max(1), stream)
 }
 
 impl TrunkData<'_> {

@@ -9,7 +9,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use std::collections::BTreeMap;
 use vantage_dataset::sighting::estimated_viewpoints;
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
-use vantage_dataset::{Crop, Seed, Sighting, Split, View, ViewSet, Viewpoint};
+use vantage_dataset::{Crop, Seed, Sighting, Split, Stream, View, ViewSet, Viewpoint};
 
 /// Views that know where they are relative to each other.
 pub(crate) struct Group {
@@ -90,6 +90,18 @@ impl<'a> Views<'a> {
     /// The crops of some views.
     pub(crate) fn crops(&self, views: impl Iterator<Item = usize>) -> Vec<&Crop> {
         views.map(|view| &self.set.views[view].crop).collect()
+    }
+
+    /// Two views of one group: `count` first ones, then their partners.
+    pub(crate) fn pairs(&self, count: usize, stream: &mut Stream) -> Vec<usize> {
+        let mut rows = vec![0; 2 * count];
+        for row in 0..count {
+            let group = &self.groups[stream.below(self.groups.len())].views;
+            let first = stream.below(group.len());
+            let second = (first + 1 + stream.below(group.len() - 1)) % group.len();
+            (rows[row], rows[count + row]) = (group[first], group[second]);
+        }
+        rows
     }
 
     /// Azimuth of a usable view, in the frame that its group shares.

@@ -1,12 +1,9 @@
 //! Views of painted cylinders: enough to learn a viewpoint from, and made in microseconds.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use vantage_dataset::crop::CROP_SIDE;
-use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::views::InstanceRecord;
-use vantage_dataset::{
-    Crop, InstanceId, Pose, Seed, Sighting, Split, Stream, Symmetry, View, ViewSet, Viewpoint,
-};
+use vantage_dataset::{Crop, InstanceId, Seed, Split, Stream, Symmetry, View, ViewSet, Viewpoint};
 
 /// `instances` cylinders, each seen `views` times; instances of different splits or seeds differ.
 pub fn views(split: Split, instances: usize, views: usize, seed: u64) -> ViewSet {
@@ -30,24 +27,6 @@ pub fn views(split: Split, instances: usize, views: usize, seed: u64) -> ViewSet
                 sighting: None,
             });
         }
-    }
-    set
-}
-
-/// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
-/// large.
-#[allow(dead_code, reason = "not every test trains on odometry")]
-pub fn toured(mut set: ViewSet) -> ViewSet {
-    for (index, view) in set.views.iter_mut().enumerate() {
-        view.session = index % 2;
-        let distance = view.viewpoint.log_distance.exp();
-        let seen = view.viewpoint.turned(0.7 + view.session as f64);
-        let eye = Point3::from(seen.direction * distance);
-        let looking = Pose::face_towards(&eye, &Point3::origin(), &-Vector3::z());
-        let camera = looking * Pose::rotation(Vector3::z() * -seen.roll);
-        let angular_size = 1.0 / DIAMETER_PER_BOX / distance;
-        view.sighting =
-            Some(Sighting { step: index, session_from_camera: camera, ray: [0.0; 2], angular_size });
     }
     set
 }

@@ -7,7 +7,7 @@ mod tables;
 
 pub use latents::steady_latents;
 pub use likelihood::Likelihood;
-pub use tables::{LATENTS, MEAN_VIEW, PIXELS, TABLES, UnseenTable};
+pub use tables::{LATENTS, MEAN_VIEW, OF_LATENTS, PIXELS, TABLES, UnseenTable};
 
 use super::{Pipeline, code, views};
 use crate::exit::BenchError;

@@ -23,7 +23,7 @@ pub struct UnseenTable {
 }
 
 /// Clusters of single views with their number given, neighbours, viewpoints.
-pub(super) const OF_LATENTS: UnseenTable = UnseenTable {
+pub const OF_LATENTS: UnseenTable = UnseenTable {
     name: "latents",
     methods: &[LATENTS, PIXELS],
     reference: Some(PIXELS),
@@ -118,6 +118,11 @@ pub const TABLES: [UnseenTable; 6] =
     [OF_LATENTS, OF_INSTANCES, OF_DENSITY, OF_GROUNDING, OF_DECODER, OF_CALIBRATION];
 
 impl UnseenTable {
+    /// Its columns.
+    pub fn metrics(&self) -> &'static [Metric] {
+        self.metrics
+    }
+
     /// The rows of one seed, with those of each method's scores that the table shows.
     pub(super) fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
         let shown = |scores: &Scores| {

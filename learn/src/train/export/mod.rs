@@ -1,13 +1,17 @@
 //! The graphs of a model folder, from trained weights.
 
+mod encoder;
+mod jacobian;
+
 use super::weights::{Dense, Weights};
-use crate::architecture::{Architecture, LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
+use crate::architecture::Architecture;
 use crate::latent::LatentLayout;
 use crate::onnx::Signature;
-use crate::onnx::build::{GraphBuilder, integers};
+use crate::onnx::build::GraphBuilder;
 use crate::role::{Kind, Role, Sizes};
-use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
-use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
+use encoder::{encoder, trunk};
+use jacobian::decoder_jacobian;
+use vantage_dataset::crop::CROP_SIDE;
 
 /// The graphs that are written of a model; a latent that does not turn leaves the Jacobian to differences.
 pub(crate) fn roles(architecture: &Architecture) -> Vec<Role> {
@@ -70,101 +74,6 @@ fn dense(b: &mut GraphBuilder, output: &str, input: &str, layer: &Dense) -> Stri
     let weight = b.weight(&format!("{output}.weight"), &[layer.inputs(), layer.outputs()], &layer.weight);
     let bias = b.weight(&format!("{output}.bias"), &[layer.outputs()], &layer.bias);
     b.node("Gemm", &[input, &weight, &bias], output)
-}
-
-/// `t(z)` of `crop`.
-fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
-    let center = b.weight("pixel_center", &[], &[PIXEL_CENTER]);
-    let mut x = b.node("Sub", &["crop", &center], "centered_crop");
-    let mut inputs = 3;
-    for (index, conv) in weights.trunk.iter().enumerate() {
-        let (name, outputs) = (format!("trunk.{index}"), conv.bias.len());
-        let weight = b.weight(&format!("{name}.weight"), &[outputs, inputs, 4, 4], &conv.weight);
-        let bias = b.weight(&format!("{name}.bias"), &[outputs], &conv.bias);
-        let attributes = vec![
-            integers("kernel_shape", &[4, 4]),
-            integers("strides", &[2, 2]),
-            integers("pads", &[1, 1, 1, 1]),
-        ];
-        b.node_with("Conv", &[&x, &weight, &bias], &[&name], attributes);
-        x = b.node("Relu", &[&name], &format!("{name}.relu"));
-        inputs = outputs;
-    }
-    let flat = b.node("Flatten", &[&x], "trunk.flat");
-    let features = dense(b, "features", &flat, &weights.features);
-    b.node("Relu", &[&features], "features.relu")
-}
-
-fn encoder(b: &mut GraphBuilder, weights: &Weights) {
-    let Weights { architecture, .. } = weights;
-    let layout = architecture.latent;
-    let features = trunk(b, weights);
-    let mean = b.weight("features.mean", &[1, weights.feature_mean.len()], &weights.feature_mean);
-    let scale = b.weight("features.scale", &[1, weights.feature_scale.len()], &weights.feature_scale);
-    let centered = b.node("Sub", &[&features, &mean], "features.centered");
-    let standard = b.node("Mul", &[&centered, &scale], "features.standard");
-    let shape = b.sizes("flat.shape", &[1, CROP_BYTES]);
-    let flat = b.node("Reshape", &["crop", &shape], "flat");
-    let coefficients = dense(b, "coefficients", &flat, &weights.projection);
-    let mut inputs = vec![standard, coefficients];
-    if architecture.encoder_conditioning() > 0 {
-        let parts = [("azimuth_harmonics", 2 * HARMONICS), ("upright", UPRIGHT)];
-        let [_, upright] = b.split("conditioning", parts);
-        inputs.push(upright);
-    }
-    let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
-    let mut x = b.concat(&inputs, "encoder.input");
-    let last = weights.encoder.len() - 1;
-    for (index, layer) in weights.encoder.iter().enumerate() {
-        x = dense(b, &format!("encoder.{index}"), &x, layer);
-        if index < last {
-            x = b.node("Relu", &[&x], &format!("encoder.{index}.relu"));
-        }
-    }
-    let free = layout.invariant + layout.pairs();
-    let [mean, raw] = b.split(&x, [("mean_in_camera", layout.dimension()), ("raw_log_variance", free)]);
-    if architecture.kind() == Kind::Embedding {
-        return embedding(b, weights, &mean, &raw);
-    }
-    let turned = match architecture.kind() {
-        Kind::ViewpointDependent => turned(b, architecture, "mean", &mean, Turn::IntoObject),
-        _ => None,
-    };
-    if turned.is_none() {
-        b.node("Identity", &[&mean], "mean");
-    }
-    let clipped = clipped(b, &raw, if layout.pairs() == 0 { "log_variance" } else { "log_variance.clipped" });
-    if layout.pairs() > 0 {
-        let parts = [("log_variance.invariant", layout.invariant), ("log_variance.pairs", layout.pairs())];
-        let [invariant, pairs] = b.split(&clipped, parts);
-        b.concat(&[&invariant, &pairs, &pairs], "log_variance");
-    }
-}
-
-fn clipped(b: &mut GraphBuilder, raw: &str, output: &str) -> String {
-    let low = b.weight("log_variance.low", &[], &[LOG_VARIANCE.0]);
-    let high = b.weight("log_variance.high", &[], &[LOG_VARIANCE.1]);
-    b.node("Clip", &[raw, &low, &high], output)
-}
-
-/// What single crops are compared by: of a contrastive model, the mean's direction; of an autoencoder the mean after one
-/// view and the prior, `mean / (1 + variance)`.
-fn embedding(b: &mut GraphBuilder, weights: &Weights, mean: &str, raw: &str) {
-    if weights.unit_embedding {
-        let dimension = weights.architecture.latent.dimension();
-        let ones = b.weight("ones", &[dimension, 1], &vec![1.0; dimension]);
-        let least = b.weight("least", &[], &[1e-12]);
-        let squares = b.node("Mul", &[mean, mean], "squares");
-        let sum = b.node("MatMul", &[&squares, &ones], "sum");
-        let positive = b.node("Add", &[&sum, &least], "positive");
-        let length = b.node("Sqrt", &[&positive], "length");
-        b.node("Div", &[mean, &length], "mean");
-    } else {
-        let log_variance = clipped(b, raw, "log_variance.clipped");
-        let log_precision = b.node("Neg", &[&log_variance], "log_precision");
-        let share = b.node("Sigmoid", &[&log_precision], "share");
-        b.node("Mul", &[mean, &share], "mean");
-    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -269,64 +178,6 @@ fn decoder(b: &mut GraphBuilder, weights: &Weights) -> Decoder {
         layers.push(Hidden { gate, output: hidden.clone() });
     }
     Decoder { hidden, layers, turned }
-}
-
-/// Reverse mode: the rows of `d m / d .` are carried from the measurement back to the latent and conditioning.
-///
-/// A hidden layer `y = x s` with gate `s = sigmoid(x)` has the derivative `s + y (1 - s)`. With `u = c f + s g`, `v = c g - s f` the turned pairs (`f`, `g`;
-/// cosine `c`, sine `s` of `m azimuth`), `df = c du - s dv`, `dg = s du + c dv`, `dc = f du + g dv` and
-/// `ds = g du - f dv`.
-fn decoder_jacobian(b: &mut GraphBuilder, weights: &Weights) {
-    let Architecture { latent: layout, .. } = weights.architecture;
-    let decoder = decoder(b, weights);
-    dense(b, "measurement", &decoder.hidden, &weights.decoded_measurement);
-    let head = &weights.decoded_measurement;
-    let mut rows = b.weight("back.head", &[head.outputs(), head.inputs()], &head.transposed());
-    for (index, layer) in weights.decoder.iter().enumerate().rev() {
-        let name = format!("back.{index}");
-        let Hidden { gate, output } = &decoder.layers[index];
-        let gated = b.node("Mul", &[output, gate], &format!("{name}.gated"));
-        let rest = b.node("Sub", &[output, &gated], &format!("{name}.rest"));
-        let slope = b.node("Add", &[gate, &rest], &format!("{name}.slope"));
-        let sloped = b.node("Mul", &[&rows, &slope], &format!("{name}.sloped"));
-        let shape = [layer.outputs(), layer.inputs()];
-        let weight = b.weight(&format!("{name}.weight"), &shape, &layer.transposed());
-        rows = b.node("MatMul", &[&sloped, &weight], &name);
-    }
-    let pairs = layout.pairs();
-    let seen = weights.architecture.decoder_conditioning();
-    let parts = [("d_invariant", layout.invariant), ("du", pairs), ("dv", pairs), ("d_seen", seen)];
-    let [d_invariant, du, dv, d_seen] = b.split(&rows, parts);
-    let turned = decoder.turned.as_ref().expect("only latents that turn have this graph: see roles");
-    let Turned { first, second, cos, sin, .. } = turned;
-    let mut combined = |operator: &str, output: &str, (a, x): (&str, &str), (c, y): (&str, &str)| {
-        let left = b.node("Mul", &[x, a], &format!("{output}.left"));
-        let right = b.node("Mul", &[y, c], &format!("{output}.right"));
-        b.node(operator, &[&left, &right], output)
-    };
-    let df = combined("Sub", "d_first", (cos, &du), (sin, &dv));
-    let dg = combined("Add", "d_second", (sin, &du), (cos, &dv));
-    let dc = combined("Add", "d_cos", (first, &du), (second, &dv));
-    let ds = combined("Sub", "d_sin", (second, &du), (first, &dv));
-    b.concat(&[&d_invariant, &df, &dg], "d_latent");
-    let transposed = |selection: Vec<f32>| Dense { weight: selection, bias: vec![0.0; pairs] }.transposed();
-    let (select_cos, select_sin) = selections(layout, CONDITIONING);
-    let spread_cos = b.weight("spread_cos", &[pairs, CONDITIONING], &transposed(select_cos));
-    let spread_sin = b.weight("spread_sin", &[pairs, CONDITIONING], &transposed(select_sin));
-    let by_cos = b.node("MatMul", &[&dc, &spread_cos], "d_conditioning.cos");
-    let by_sin = b.node("MatMul", &[&ds, &spread_sin], "d_conditioning.sin");
-    let by_turning = b.node("Add", &[&by_cos, &by_sin], "d_conditioning.turning");
-    let seen = spread_seen(b, weights, &d_seen, head.outputs());
-    b.node("Add", &[&by_turning, &seen], "d_conditioning");
-}
-
-/// The derivative to what the decoder sees of the conditioning, with zeros for what it does not.
-fn spread_seen(b: &mut GraphBuilder, weights: &Weights, d_seen: &str, rows: usize) -> String {
-    if weights.architecture.decoder_sees_azimuth {
-        return d_seen.to_owned();
-    }
-    let zeros = b.weight("unseen", &[rows, 2 * HARMONICS], &vec![0.0; rows * 2 * HARMONICS]);
-    b.concat(&[&zeros, d_seen], "d_conditioning.seen")
 }
 
 #[cfg(test)]
