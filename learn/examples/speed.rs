@@ -1,19 +1,31 @@
-//! How fast the default networks train, and how fast tract runs them: `cargo run --release --example speed`.
+//! How fast the default networks train, and how fast tract runs a model's graphs: see `benches/peers.sh`.
 //!
-//! Set `RAYON_NUM_THREADS` to see what threads give.
+//! `speed train` prints a line for each stage: its name, milliseconds a step. `speed run MODEL` prints one for each graph: its
+//! name, microseconds a run. `RAYON_NUM_THREADS` sets the number of threads.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use vantage_dataset::{Seed, Split};
 use vantage_learn::{LatentGaussian, Progress, Stage, Training, TrainingSpec, ViewpointModel, train};
 
 const STEPS: u32 = 30;
+const RUNS: usize = 301;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["train"] => trained(),
+        ["run", model] => ran(Path::new(model)),
+        _ => Err("usage: speed train | speed run MODEL".into()),
+    }
+}
+
+fn trained() -> Result<(), Box<dyn std::error::Error>> {
     let training = synthetic::views(Split::Train, 60, 16, 1);
     let validation = synthetic::views(Split::Validation, 20, 16, 2);
     let spec = TrainingSpec { trunk_steps: STEPS, steps: STEPS, ..TrainingSpec::default() };
@@ -23,8 +35,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut watch = |progress: &Progress| {
         if let Progress::Step { stage, .. } = progress {
             times[usize::from(*stage == Stage::Autoencoder)].push(last.elapsed());
-        } else {
-            println!("{:.2} s until {progress:?}", last.elapsed().as_secs_f64());
         }
         last = Instant::now();
         ControlFlow::Continue(())
@@ -39,37 +49,41 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         trunks: None,
     };
     train(asked, &mut watch)?;
-    println!("{:.2} s for the export", last.elapsed().as_secs_f64());
-    let crops = [spec.trunk_batch, spec.batch * spec.views];
-    for ((name, times), crops) in ["trunk", "autoencoder"].into_iter().zip(&mut times).zip(crops) {
-        times.sort();
-        let median = times[times.len() / 2].as_secs_f64();
-        println!("{name}: {:.1} ms a step, {:.0} views a second", 1e3 * median, f64::from(crops) / median);
+    for (name, times) in ["trunk", "autoencoder"].into_iter().zip(times) {
+        println!("{name} {:.3}", 1e3 * median(times));
     }
-
-    let started = Instant::now();
-    let model = ViewpointModel::load(folder.path())?;
-    println!("load: {:.0} ms", 1e3 * started.elapsed().as_secs_f64());
-    let view = &validation.views[0];
-    let x = view.viewpoint.conditioning();
-    let latent = LatentGaussian::posterior(128, &[model.encode(&view.crop, &view.viewpoint)?]).mean;
-    let report = |name: &str, microseconds: f64| println!("{name}: {microseconds:.0} us");
-    report("measure", microseconds(|| model.measure(&view.crop).map(drop))?);
-    report("encode", microseconds(|| model.encode(&view.crop, &view.viewpoint).map(drop))?);
-    report("predict", microseconds(|| model.predict(&latent, &x).map(drop))?);
-    report("linearize", microseconds(|| model.linearize(&latent, &x).map(drop))?);
-    report("reconstruct", microseconds(|| model.reconstruct(&latent, &x).map(drop))?);
     Ok(())
 }
 
-/// Median over some hundred runs.
+fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let model = ViewpointModel::load(model)?;
+    let views = synthetic::views(Split::Validation, 2, 2, 2);
+    let view = &views.views[0];
+    let x = view.viewpoint.conditioning();
+    let latent =
+        LatentGaussian::posterior(model.latent().dimension, &[model.encode(&view.crop, &view.viewpoint)?])
+            .mean;
+    let report = |name: &str, microseconds: f64| println!("{name} {microseconds:.2}");
+    report("measurement", microseconds(|| model.measure(&view.crop).map(drop))?);
+    report("encoder", microseconds(|| model.encode(&view.crop, &view.viewpoint).map(drop))?);
+    report("decoder", microseconds(|| model.predict(&latent, &x).map(drop))?);
+    report("decoder_jacobian", microseconds(|| model.linearize(&latent, &x).map(drop))?);
+    report("image", microseconds(|| model.reconstruct(&latent, &x).map(drop))?);
+    Ok(())
+}
+
 fn microseconds<E>(run: impl Fn() -> Result<(), E>) -> Result<f64, E> {
     let mut times = Vec::new();
-    for _ in 0..301 {
+    for _ in 0..RUNS {
         let started = Instant::now();
         run()?;
         times.push(started.elapsed());
     }
+    Ok(1e6 * median(times))
+}
+
+/// Seconds.
+fn median(mut times: Vec<Duration>) -> f64 {
     times.sort();
-    Ok(1e6 * times[times.len() / 2].as_secs_f64())
+    times[times.len() / 2].as_secs_f64()
 }

@@ -14,6 +14,9 @@ pub const UPRIGHT: usize = CONDITIONING - 2 * HARMONICS;
 pub const PIXEL_CENTER: f32 = 0.5;
 /// Range of the logarithm of a latent's variance in one view's factor.
 pub const LOG_VARIANCE: (f32, f32) = (-8.0, 4.0);
+/// What a latent that is a class is multiplied by. With factors of variance `v = exp(4)`, the latent of `n` views is the sum of
+/// their logarithms of likelihoods over `n + v`, so that `v` times it is their product, nearly.
+pub const CLASS_SHARPNESS: f32 = 54.598_15;
 
 /// The networks of a model, by their sizes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,6 +36,10 @@ pub struct Architecture {
     pub encoder: Vec<usize>,
     /// The latent `e`.
     pub latent: LatentLayout,
+    /// Whether the latent stands for a discrete class (Eq. 8): what the decoder sees of it is
+    /// `softmax(CLASS_SHARPNESS e)`, and each view's factor is the logarithm of the class's likelihood.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub latent_is_class: bool,
     /// Hidden layers of the decoder `p(z | e, x_rel)`, from the latent in the camera's yaw frame and the
     /// conditioning, with SiLUs: the estimator's second-order steps need a prediction that is smooth in the latent.
     pub decoder: Vec<usize>,
@@ -50,7 +57,9 @@ impl Architecture {
     /// The networks that a training asks for; `None` where its latent is too small.
     pub fn new(spec: &TrainingSpec) -> Option<Self> {
         let convention = match (spec.objective, spec.predictive.motion) {
-            (Objective::ViewpointDependent, _) => Some(Convention::AzimuthHarmonics),
+            (Objective::ViewpointDependent | Objective::DiscreteClass, _) => {
+                Some(Convention::AzimuthHarmonics)
+            }
             (Objective::ViewpointPredictive, Motion::ObjectCentred | Motion::TrueObjectCentred) => {
                 Some(Convention::ObjectCentredChange)
             }
@@ -58,7 +67,8 @@ impl Architecture {
             (Objective::Autoencoder | Objective::Contrastive, _) => None,
         };
         let turns = convention.is_some_and(Convention::turns);
-        let latent = if spec.steerable && turns {
+        let latent_is_class = spec.objective == Objective::DiscreteClass;
+        let latent = if spec.steerable && turns && !latent_is_class {
             LatentLayout::with_dimension(spec.latent_dim)?
         } else {
             LatentLayout { invariant: spec.latent_dim, pairs_per_harmonic: 0 }
@@ -70,6 +80,7 @@ impl Architecture {
             measurement: spec.measurement_dim,
             encoder: vec![256, 256],
             latent,
+            latent_is_class,
             decoder: vec![256, 256],
             decoder_sees_azimuth: convention == Some(Convention::AzimuthHarmonics)
                 || (turns && !spec.steerable),

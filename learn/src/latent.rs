@@ -16,8 +16,8 @@ pub struct Latent {
 }
 
 impl Latent {
-    /// What of a latent says which object it is, whatever the object's heading: the invariant numbers and the length
-    /// of each pair of a steerable latent, all numbers of another.
+    /// What of a latent says which object it is, whatever the object's heading: the invariant numbers of a
+    /// steerable latent, all numbers of another.
     pub fn steady(&self, latent: &DVector<f64>) -> Vec<f64> {
         match self.steerable {
             Some(layout) => layout.steady(latent),
@@ -69,16 +69,13 @@ impl LatentLayout {
         pair / self.pairs_per_harmonic + 1
     }
 
-    /// The numbers that do not turn: the invariant ones, and the length of each pair.
+    /// The invariant numbers.
     ///
     /// # Panics
     /// If `latent` is not of this layout's dimension.
     pub fn steady(&self, latent: &DVector<f64>) -> Vec<f64> {
         assert_eq!(latent.len(), self.dimension(), "a latent of another layout");
-        let pairs = self.pairs();
-        let length =
-            |pair: usize| libm::hypot(latent[self.invariant + pair], latent[self.invariant + pairs + pair]);
-        latent.iter().take(self.invariant).copied().chain((0..pairs).map(length)).collect()
+        latent.iter().take(self.invariant).copied().collect()
     }
 
     /// The latent of the object turned by `-angle` about its z axis, so that
@@ -165,7 +162,7 @@ mod tests {
         let layout = LatentLayout::with_dimension(40).unwrap();
         let e = latent(layout);
         let steady = DVector::from_vec(layout.steady(&e));
-        assert_eq!(steady.len(), layout.invariant + layout.pairs());
+        assert_eq!(steady.len(), layout.invariant);
         assert_relative_eq!(
             DVector::from_vec(layout.steady(&layout.turned(&e, 1.7))),
             steady,

@@ -14,6 +14,8 @@ pub enum Objective {
     ViewpointDependent,
     /// `p(z' | z, e, Delta X)` of III-B, by the bound of Eq. 20: from association and odometry alone.
     ViewpointPredictive,
+    /// A rival: `p(z | c, x_rel)` of Eq. 8, a discrete class in place of the latent; reads the classes of all instances.
+    DiscreteClass,
     /// A rival: a variational autoencoder of single crops, without viewpoints or association.
     Autoencoder,
     /// A rival: crops of one instance are pulled together and others pushed apart (InfoNCE), without viewpoints.
@@ -113,7 +115,7 @@ pub struct TrainingSpec {
     /// Highest learning rate: reached after a short warm-up, then lowered along a cosine.
     #[garde(range(min = 1e-7, max = 1.0), custom(not_nan))]
     pub learning_rate: f64,
-    /// Numbers in the latent vector of an object.
+    /// Numbers in the latent vector of an object; at least the number of classes where that is one.
     #[garde(range(min = LatentLayout::SMALLEST, max = 1024))]
     pub latent_dim: usize,
     /// Numbers in the reduced measurement of a crop.

@@ -13,8 +13,8 @@ use support::{tiny_spec, training_views, validation_views};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::{Pose, Seed, Sighting, Split, ViewSet};
 use vantage_learn::{
-    CURVE_TABLE, ClassSpec, Kind, Model, Motion, Objective, Pairs, PredictiveSpec, Progress, Stage,
-    TrainError, Training, TrainingSpec, train,
+    CURVE_TABLE, ClassSpec, Kind, LatentGaussian, Model, Motion, Objective, Pairs, PredictiveSpec, Progress,
+    Stage, TrainError, Training, TrainingSpec, train,
 };
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
@@ -55,6 +55,9 @@ fn curve(set: &ViewSet, spec: &TrainingSpec) -> String {
     std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap()
 }
 
+/// Numbers of the tiny spec's latent that do not turn.
+const STEADY: usize = 10;
+
 fn predictive(predictive: PredictiveSpec) -> TrainingSpec {
     TrainingSpec { objective: Objective::ViewpointPredictive, predictive, ..tiny_spec() }
 }
@@ -68,10 +71,11 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
     let set = toured(training_views());
     for (spec, kind, viewing, steady) in [
         (TrainingSpec { steerable: false, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
-        (single, Kind::ViewpointDependent, true, 20),
-        (predictive(PredictiveSpec::default()), Kind::ViewpointPredictive, true, 20),
-        (predictive(adjacent), Kind::ViewpointPredictive, true, 20),
+        (single, Kind::ViewpointDependent, true, STEADY),
+        (predictive(PredictiveSpec::default()), Kind::ViewpointPredictive, true, STEADY),
+        (predictive(adjacent), Kind::ViewpointPredictive, true, STEADY),
         (predictive(camera), Kind::ViewpointPredictive, false, 30),
+        (rival(Objective::DiscreteClass), Kind::ViewpointDependent, true, 30),
         (rival(Objective::Autoencoder), Kind::Embedding, false, 30),
         (rival(Objective::Contrastive), Kind::Embedding, false, 30),
     ] {
@@ -140,6 +144,37 @@ fn classes_are_read_by_the_class_term_alone() {
     assert!(curve(&set, &with_class) != curve(&renamed, &with_class));
     let untagged = TrainingSpec { class: Some(ClassSpec { tagged: 0.0, sigma: 1.0 }), ..tiny_spec() };
     assert!(curve(&set, &untagged) == curve(&renamed, &untagged));
+}
+
+#[test]
+fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_large() {
+    let mut set = training_views();
+    for (index, instance) in set.instances.iter_mut().enumerate() {
+        instance.family = format!("family {:02}", index % 12);
+    }
+    let spec = TrainingSpec { objective: Objective::DiscreteClass, latent_dim: 12, ..tiny_spec() };
+    let folder = tempfile::tempdir().unwrap();
+    trained(&set, &spec, folder.path()).unwrap();
+    let model = Model::load(folder.path()).unwrap();
+    let viewing = model.viewing().unwrap();
+    let factors: Vec<_> =
+        set.views[..2].iter().map(|view| viewing.encode_view(&view.crop, &view.viewpoint).unwrap()).collect();
+    let variance = factors[0].variance[0];
+    assert!(factors.iter().all(|factor| (&factor.variance - &factors[0].variance).norm() < 1e-9));
+    let together = LatentGaussian::posterior(12, &factors).mean;
+    let product = (&factors[0].mean + &factors[1].mean) / (2.0 + variance);
+    assert!((together - product).norm() < 1e-6);
+    let seen = |latent: f64| {
+        let mut latents = vec![0.0; 12];
+        latents[3] = latent;
+        viewing.predict_view(&latents.into(), &set.views[0].viewpoint).unwrap()
+    };
+    assert!((seen(1.0) - seen(9.0)).norm() < 1e-5, "certain is certain");
+    assert!((seen(1.0) - seen(-1.0)).norm() > 1e-3);
+
+    let small = TrainingSpec { latent_dim: 11, ..spec };
+    let error = trained(&set, &small, tempfile::tempdir().unwrap().path()).unwrap_err();
+    assert!(matches!(error, TrainError::Classes { got: 12, latent: 11 }), "{error}");
 }
 
 #[test]

@@ -18,7 +18,7 @@ mod views;
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use estimates::{Answer, PANICKED, estimates};
-pub use model::{LoadedModel, VIEW_CONDITIONS, model};
+pub use model::{LoadedModel, VIEW_CONDITIONS, any_model, check_unseen, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use study::{StudyViews, VariantModel, study_views, variant_models, variant_scores};
@@ -26,7 +26,7 @@ pub use study::{StudyViews, VariantModel, study_views, variant_models, variant_s
 pub use training::{train, train_on};
 pub use unseen::{
     LATENTS, Likelihood, MEAN_VIEW, OF_LATENTS, PIXELS, Subject, TABLES, Unseen, UnseenTable, UnseenTrial,
-    steady_latents, unseen,
+    unseen,
 };
 pub use views::views;
 

@@ -6,7 +6,7 @@ use crate::scene_file;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};
-use vantage_learn::{Role, ViewpointModel};
+use vantage_learn::{Model, Role, ViewpointModel};
 
 /// What a model's manifest calls the hash of the conditions its views were made under.
 pub const VIEW_CONDITIONS: &str = "view_conditions";
@@ -34,7 +34,7 @@ impl LoadedModel {
 }
 
 /// Refuses to score instances that a model has `seen`.
-pub(super) fn check_unseen(
+pub fn check_unseen(
     seen: &BTreeSet<InstanceId>,
     folder: &Path,
     scored: impl IntoIterator<Item = InstanceId>,
@@ -47,10 +47,20 @@ pub(super) fn check_unseen(
 
 /// Loads the model in `folder`, or trains one where that is `None`.
 pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, BenchError> {
+    load(pipeline, &named_or_trained(pipeline, folder)?)
+}
+
+/// Likewise, a model of any kind, and its folder.
+pub fn any_model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<(Model, PathBuf), BenchError> {
+    let folder = named_or_trained(pipeline, folder)?;
+    Ok((Model::load(&folder)?, folder))
+}
+
+fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBuf, BenchError> {
     match folder {
-        Some(folder) => load(pipeline, folder),
+        Some(folder) => Ok(folder.to_owned()),
         #[cfg(feature = "train")]
-        None => load(pipeline, &super::training::trained(pipeline)?),
+        None => super::training::trained(pipeline),
         #[cfg(not(feature = "train"))]
         None => Err(BenchError::CannotTrain),
     }

@@ -166,7 +166,7 @@ fn part_step(network: &Autoencoder, bound: &Bound, index: usize, part: usize) ->
         features.measurement(&batch.source, device) * table(shown, rows, device)
     });
     let seen = decoder_input(architecture, &conditioning, source);
-    let decoded = network.decode(layout, latents, seen, &turn);
+    let decoded = network.decode(architecture, latents, seen, &turn);
     let measurement = negative_log_likelihood(
         features.measurement(&batch.views, device) - decoded.measurement,
         network.log_sigma_measurement.val(),
@@ -215,7 +215,7 @@ fn part_step(network: &Autoencoder, bound: &Bound, index: usize, part: usize) ->
 }
 
 /// `-log N(residual; 0, sigma^2)` of each number, but for the constant.
-fn negative_log_likelihood(residual: Tensor<2>, log_sigma: Tensor<1>) -> Tensor<2> {
+pub(crate) fn negative_log_likelihood(residual: Tensor<2>, log_sigma: Tensor<1>) -> Tensor<2> {
     let log_sigma = log_sigma.unsqueeze::<2>();
     residual.square() * (log_sigma.clone() * -2.0).exp() * 0.5 + log_sigma
 }

@@ -57,7 +57,7 @@ impl Trainer<'_> {
             let conditioning = table(x.clone(), 1, device);
             let turn = Turn::new(layout, &conditioning);
             let seen = decoder_input(architecture, &conditioning, source);
-            let decoded = network.decode(layout, factor.mean.clone(), seen, &turn);
+            let decoded = network.decode(architecture, factor.mean.clone(), seen, &turn);
             (numbers(decoded.measurement), self.pixels(&numbers(decoded.image)))
         };
         match architecture.kind() {
@@ -110,7 +110,7 @@ impl Trainer<'_> {
             let (latent, conditioning) = (input(latent), input(x));
             let turn = Turn::new(layout, &conditioning);
             let seen = decoder_input(self.architecture, &conditioning, None);
-            let decoded = self.network.decode(layout, latent.clone(), seen, &turn);
+            let decoded = self.network.decode(self.architecture, latent.clone(), seen, &turn);
             let gradients = decoded.measurement.narrow(1, row, 1).sum().backward();
             let of = |input: &Tensor<2>, width: usize| {
                 input.grad(&gradients).map_or_else(|| vec![0.0; width], numbers)

@@ -60,6 +60,14 @@ pub enum TrainError {
         /// Instances in the set.
         instances: usize,
     },
+    /// More classes than a latent that is one has numbers.
+    #[error("{got} classes, but latent_dim is {latent}: give it at least as many numbers")]
+    Classes {
+        /// Classes of the training instances.
+        got: usize,
+        /// Numbers in the latent.
+        latent: usize,
+    },
     /// Too little to learn from.
     #[error("{got} instances of the {split:?} views have two views or more, expected at least {expected}")]
     TooFewInstances {

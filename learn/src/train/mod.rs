@@ -8,11 +8,13 @@ mod adam;
 mod autoencoder;
 mod calibration;
 mod canaries;
+mod changes;
 mod checkpoint;
 mod components;
 mod contrastive;
 mod convolution;
 mod curve;
+mod discrete_class;
 mod error;
 mod export;
 mod features;
@@ -112,7 +114,7 @@ pub fn train(
         provenance: provenance.clone(),
     };
     let key = origin.key(spec, &architecture, seed);
-    let store = trunks.map(|folder| TrunkStore::new(folder, &origin.data_hash, spec, &architecture, seed));
+    let store = trunks.map(|folder| TrunkStore::new(folder, &origin, spec, &architecture, seed));
     let mut run = Run { spec, architecture, seed, folder, key, curve: Curve::default(), progress };
     let trained = descend(&mut run, &views, store.as_ref())?;
     folder::finish(&mut run, &trained, &views, &held_out, origin)
@@ -159,6 +161,7 @@ fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<T
         spec.steps as usize,
         network,
         |network, index| match spec.objective {
+            Objective::DiscreteClass => discrete_class::step(network, &bound, index),
             Objective::Contrastive => contrastive::step(network, &bound, index),
             _ => autoencoder::step(network, &bound, index),
         },

@@ -4,12 +4,12 @@ use super::convolution::{Convolutions, KERNEL, LayerGradient};
 use super::features::Frozen;
 use super::views::numbers;
 use super::weights::{Conv, Dense, Weights};
-use crate::architecture::{Architecture, LOG_VARIANCE};
+use crate::architecture::{Architecture, CLASS_SHARPNESS, LOG_VARIANCE};
 use crate::latent::LatentLayout;
 use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::optim::GradientsParams;
-use burn::tensor::activation::{relu, silu};
+use burn::tensor::activation::{relu, silu, softmax};
 use burn::tensor::{Device, Tensor, TensorData};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::viewpoint::HARMONICS;
@@ -212,6 +212,10 @@ impl Autoencoder {
         let (decoder, decoded) = hidden(architecture.decoder_inputs(), &architecture.decoder);
         let gaussian = latent.dimension() + latent.invariant + latent.pairs();
         encoder.push(linear(encoded, gaussian, Gain::Linear, stream, device));
+        if architecture.latent_is_class {
+            let last = encoder.pop().expect("it was just added");
+            encoder.push(of_fixed_variance(last, latent.dimension(), device));
+        }
         let means = |rows: usize| {
             let data = TensorData::new(vec![0f32; rows * latent.invariant], [rows, latent.invariant]);
             Param::from_data(data, device)
@@ -245,12 +249,15 @@ impl Autoencoder {
     /// `p(. | e, x_rel)` of latents `[n, latent]` and what the decoder sees beside them, if anything.
     pub(crate) fn decode(
         &self,
-        layout: LatentLayout,
+        architecture: &Architecture,
         latents: Tensor<2>,
         seen: Option<Tensor<2>>,
         turn: &Turn,
     ) -> Decoded {
-        let mut x = turned(layout, latents, &turn.back());
+        let mut x = turned(architecture.latent, latents, &turn.back());
+        if architecture.latent_is_class {
+            x = softmax(x * CLASS_SHARPNESS, 1);
+        }
         if let Some(seen) = seen {
             x = Tensor::cat(vec![x, seen], 1);
         }
@@ -292,7 +299,7 @@ fn dense(layer: &Linear) -> Dense {
 }
 
 /// A latent with each pair turned: into the object's frame by the azimuth, back by its negative.
-fn turned(layout: LatentLayout, latents: Tensor<2>, turn: &Turn) -> Tensor<2> {
+pub(crate) fn turned(layout: LatentLayout, latents: Tensor<2>, turn: &Turn) -> Tensor<2> {
     let Turn(Some([cos, sin])) = turn else { return latents };
     let pairs = layout.pairs();
     let invariant = latents.clone().narrow(1, 0, layout.invariant);
@@ -356,6 +363,19 @@ fn linear(inputs: usize, outputs: usize, gain: Gain, stream: &mut Stream, device
     };
     let weight = Param::from_data(uniform([inputs, outputs], bound, stream), device);
     Linear { weight, bias: Some(zeros(outputs, device)) }
+}
+
+/// An encoder's last layer whose variances are the largest that a factor may have, whatever it sees.
+fn of_fixed_variance(layer: Linear, means: usize, device: &Device) -> Linear {
+    let Dense { mut weight, mut bias } = dense(&layer);
+    let outputs = bias.len();
+    weight.chunks_exact_mut(outputs).for_each(|row| row[means..].fill(0.0));
+    bias[means..].fill(2.0 * LOG_VARIANCE.1);
+    let shape = [weight.len() / outputs, outputs];
+    Linear {
+        weight: Param::from_data(TensorData::new(weight, shape), device),
+        bias: Some(Param::from_data(TensorData::new(bias, [outputs]), device)),
+    }
 }
 
 fn uniform<const D: usize>(shape: [usize; D], bound: f64, stream: &mut Stream) -> TensorData {

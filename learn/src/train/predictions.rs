@@ -48,7 +48,7 @@ impl Predictions<'_> {
         let nothing = vec![0.0; views.len() * self.architecture.measurement];
         let seen =
             decoder_input(self.architecture, &conditioning, Some(table(nothing, views.len(), self.device)));
-        let decoded = self.network.decode(layout, latents, seen, &turn);
+        let decoded = self.network.decode(self.architecture, latents, seen, &turn);
         (numbers(decoded.measurement), numbers(decoded.image))
     }
 

@@ -1,5 +1,6 @@
 //! Stage 1: the trunk learns features that tell what the objective needs, in IV-C's words "sensitive to viewpoint changes".
 
+use super::changes;
 use super::components::Components;
 use super::contrastive;
 use super::network::TrunkWithHead;
@@ -15,11 +16,13 @@ use std::f64::consts::PI;
 use vantage_dataset::{Seed, Stream};
 
 /// Angles that the head tells apart.
-const BINS: usize = 48;
+pub(crate) const BINS: usize = 48;
 /// Concentration of an angle's soft label: about 13 degrees wide.
 const CONCENTRATION: f64 = 20.0;
 /// Weight of the squared error of what is not an angle.
 const REST_WEIGHT: f64 = 2.0;
+/// Views of a session that are compared with each other, in a step.
+const TOGETHER: usize = 8;
 /// Hidden numbers of a head that compares two views.
 const COMPARED: usize = 128;
 
@@ -28,7 +31,7 @@ const COMPARED: usize = 128;
 pub(crate) enum Task {
     /// The azimuth and the upright part of `x_rel`.
     Viewpoint,
-    /// The change of azimuth between two views of a session, and the upright parts of both, by odometry.
+    /// The change of azimuth between any two views of a session, and the upright part of `x_rel`, by odometry.
     Change,
     /// The camera's motion between two views of a session, by odometry: its turn to the left, and all of it.
     Motion,
@@ -42,7 +45,7 @@ impl Task {
     /// The task that serves an objective and reads no more than that may.
     pub(crate) fn of(spec: &TrainingSpec) -> Self {
         match (spec.objective, spec.predictive.motion) {
-            (Objective::ViewpointDependent, _) => Task::Viewpoint,
+            (Objective::ViewpointDependent | Objective::DiscreteClass, _) => Task::Viewpoint,
             (Objective::ViewpointPredictive, Motion::Camera) => Task::Motion,
             (Objective::ViewpointPredictive, _) => Task::Change,
             (Objective::Autoencoder, _) => Task::Image,
@@ -55,7 +58,7 @@ impl Task {
         let m = architecture.measurement;
         match self {
             Task::Viewpoint => vec![m, BINS + UPRIGHT],
-            Task::Change => vec![2 * m, COMPARED, BINS + 2 * UPRIGHT],
+            Task::Change => vec![m, changes::LAYOUT.dimension()],
             Task::Motion => vec![2 * m, COMPARED, BINS + 9],
             Task::Image => vec![m, architecture.components],
             Task::Instance => vec![m, m],
@@ -64,7 +67,7 @@ impl Task {
 
     /// Whether crops come in pairs: the second half of a batch belongs to the first.
     fn paired(self) -> bool {
-        matches!(self, Task::Change | Task::Motion | Task::Instance)
+        matches!(self, Task::Motion | Task::Instance)
     }
 }
 
@@ -101,8 +104,13 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
     Step { loss: scalar(&total), terms, gradients }
 }
 
-/// Views of a batch; where crops come in pairs, as many first views as second ones, each of the same group.
+/// Views of a batch: those of a session one after the other; or, where crops come in pairs, as many first views as second ones,
+/// each of the same group.
 fn draw(task: Task, views: &Views, count: usize, stream: &mut Stream) -> Vec<usize> {
+    if task == Task::Change {
+        let session = |_| views.some(TOGETHER, stream);
+        return (0..(count / TOGETHER).max(1)).flat_map(session).collect();
+    }
     if !task.paired() {
         return (0..count).map(|_| views.usable[stream.below(views.usable.len())]).collect();
     }
@@ -112,25 +120,30 @@ fn draw(task: Task, views: &Views, count: usize, stream: &mut Stream) -> Vec<usi
 impl TrunkData<'_> {
     fn loss(&self, network: &TrunkWithHead, m: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 2]) {
         let (views, half) = (self.views, batch.len() / 2);
-        let compared = |m: Tensor<2>| {
-            network.answer(Tensor::cat(vec![m.clone().narrow(0, 0, half), m.narrow(0, half, half)], 1))
-        };
         let pairs = || batch[..half].iter().zip(&batch[half..]);
-        let (answer, angles, rest): (Tensor<2>, Vec<f64>, Vec<f32>) = match self.task {
+        let uprights = || batch.iter().flat_map(|&view| views.upright(view)).collect();
+        let beyond_bins = |answer: &Tensor<2>| {
+            let rest = answer.dims()[1] - BINS;
+            answer.clone().narrow(1, BINS, rest)
+        };
+        let (angle, rest, wanted): (Tensor<1>, Tensor<2>, Vec<f32>) = match self.task {
             Task::Viewpoint => {
-                let angles = batch.iter().map(|&view| views.azimuth(view)).collect();
-                let rest = batch.iter().flat_map(|&view| views.upright(view)).collect();
-                (network.answer(m), angles, rest)
+                let answer = network.answer(m);
+                let angles = batch.iter().map(|&view| views.azimuth(view));
+                (of_bins(&answer, angles, self.device), beyond_bins(&answer), uprights())
             }
             Task::Change => {
-                let angles = pairs().map(|(&from, &to)| views.azimuth(to) - views.azimuth(from)).collect();
-                let rest = pairs().flat_map(|(&from, &to)| [views.upright(from), views.upright(to)]);
-                (compared(m), angles, rest.flatten().collect())
+                let answer = network.answer(m);
+                let upright = answer.clone().narrow(1, 0, UPRIGHT);
+                let azimuths = batch.iter().map(|&view| views.azimuth(view));
+                (changes::loss(answer, azimuths, TOGETHER, self.device), upright, uprights())
             }
             Task::Motion => {
+                let both = vec![m.clone().narrow(0, 0, half), m.narrow(0, half, half)];
+                let answer = network.answer(Tensor::cat(both, 1));
                 let motions: Vec<[f32; 9]> = pairs().map(|(&from, &to)| views.motion(from, to)).collect();
-                let angles = motions.iter().map(turn_to_the_left).collect();
-                (compared(m), angles, motions.into_iter().flatten().collect())
+                let angle = of_bins(&answer, motions.iter().map(turn_to_the_left), self.device);
+                (angle, beyond_bins(&answer), motions.into_iter().flatten().collect())
             }
             Task::Image => {
                 let components = self.components.expect("a trunk that rebuilds crops has a basis");
@@ -147,11 +160,8 @@ impl TrunkData<'_> {
                 return (loss, [value, 0.0]);
             }
         };
-        let rows = angles.len();
-        let labels = soft_labels(&angles, self.device);
-        let angle = (log_softmax(answer.clone().narrow(1, 0, BINS), 1) * labels).sum_dim(1).mean().neg();
-        let rest = table(rest, rows, self.device);
-        let rest = (answer.narrow(1, BINS, rest.dims()[1]) - rest).square().mean();
+        let wanted = table(wanted, rest.dims()[0], self.device);
+        let rest = (rest - wanted).square().mean();
         let terms = [scalar(&angle), scalar(&rest)];
         (angle + rest * REST_WEIGHT, terms)
     }
@@ -164,14 +174,21 @@ fn turn_to_the_left(motion: &[f32; 9]) -> f64 {
     libm::atan2(-rotation[(0, 2)], rotation[(2, 2)])
 }
 
-/// A von Mises bump around each true angle, over the bins.
-fn soft_labels(angles: &[f64], device: &Device) -> Tensor<2> {
-    let mut labels = Vec::with_capacity(angles.len() * BINS);
+/// Cross-entropy of angles over bins, which an answer begins with.
+fn of_bins(answer: &Tensor<2>, angles: impl ExactSizeIterator<Item = f64>, device: &Device) -> Tensor<1> {
+    let labels = soft_labels(angles, device);
+    (log_softmax(answer.clone().narrow(1, 0, BINS), 1) * labels).sum_dim(1).mean().neg()
+}
+
+/// A von Mises bump around each true angle, over bins of which the first begins at angle 0.
+pub(crate) fn soft_labels(angles: impl ExactSizeIterator<Item = f64>, device: &Device) -> Tensor<2> {
+    let rows = angles.len();
+    let mut labels = Vec::with_capacity(rows * BINS);
     for angle in angles {
         let center = |bin: usize| (bin as f64 + 0.5) * 2.0 * PI / BINS as f64;
         let bump = |bin| libm::exp(CONCENTRATION * (libm::cos(angle - center(bin)) - 1.0));
         let total: f64 = (0..BINS).map(bump).sum();
         labels.extend((0..BINS).map(|bin| (bump(bin) / total) as f32));
     }
-    Tensor::from_data(TensorData::new(labels, [angles.len(), BINS]), device)
+    Tensor::from_data(TensorData::new(labels, [rows, BINS]), device)
 }

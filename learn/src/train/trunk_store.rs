@@ -4,6 +4,7 @@ use super::checkpoint::{self, Checkpoint, State};
 use super::curve::Curve;
 use super::error::TrainError;
 use super::files;
+use super::folder::Origin;
 use super::progress::Stage;
 use super::trunk::Task;
 use crate::architecture::Architecture;
@@ -23,7 +24,7 @@ impl TrunkStore {
     /// In a folder of trunks.
     pub(crate) fn new(
         folder: &Path,
-        data_hash: &str,
+        origin: &Origin,
         spec: &TrainingSpec,
         architecture: &Architecture,
         seed: Seed,
@@ -32,7 +33,8 @@ impl TrunkStore {
         let sizes =
             (&architecture.trunk, architecture.features, architecture.measurement, architecture.components);
         let descent = (spec.trunk_steps, spec.trunk_batch, spec.learning_rate);
-        let decides = (env!("CARGO_PKG_VERSION"), data_hash, task, sizes, descent, seed);
+        let decides =
+            (env!("CARGO_PKG_VERSION"), &origin.data_hash, &origin.provenance, task, sizes, descent, seed);
         let json = serde_json::to_vec(&decides).expect("numbers and strings become JSON");
         let key = blake3::hash(&json).to_hex().to_string();
         Self { folder: folder.join(&key), key, steps: spec.trunk_steps as usize }

@@ -79,6 +79,9 @@ impl<'a> Views<'a> {
         let mut usable: Vec<usize> = groups.iter().flat_map(|group| group.views.iter().copied()).collect();
         usable.sort_unstable();
         let (tags, classes) = tagged(set, &seen, spec, seed);
+        if spec.objective == Objective::DiscreteClass && classes > spec.latent_dim {
+            return Err(TrainError::Classes { got: classes, latent: spec.latent_dim });
+        }
         Ok(Self { set, viewpoints, groups, instances: seen.len(), usable, tags, classes })
     }
 
@@ -90,6 +93,13 @@ impl<'a> Views<'a> {
     /// The crops of some views.
     pub(crate) fn crops(&self, views: impl Iterator<Item = usize>) -> Vec<&Crop> {
         views.map(|view| &self.set.views[view].crop).collect()
+    }
+
+    /// Some views of one group, over again where it has fewer.
+    pub(crate) fn some(&self, count: usize, stream: &mut Stream) -> Vec<usize> {
+        let mut views = self.groups[stream.below(self.groups.len())].views.clone();
+        stream.shuffle(&mut views);
+        views.into_iter().cycle().take(count).collect()
     }
 
     /// Two views of one group: `count` first ones, then their partners.
@@ -189,13 +199,17 @@ fn tagged(
     spec: &TrainingSpec,
     seed: Seed,
 ) -> (Vec<Option<usize>>, usize) {
-    let Some(class) = &spec.class else { return (vec![None; kept.len()], 0) };
+    let share = match (spec.objective, &spec.class) {
+        (Objective::DiscreteClass, _) => 1.0,
+        (_, Some(class)) => class.tagged,
+        (_, None) => return (vec![None; kept.len()], 0),
+    };
     let mut names: Vec<&str> = set.instances.iter().map(|instance| instance.family.as_str()).collect();
     names.sort_unstable();
     names.dedup();
     let mut tags = vec![None; kept.len()];
     for (&instance, &index) in kept {
-        if seed.stream("tag", index as u64).chance(class.tagged) {
+        if seed.stream("tag", index as u64).chance(share) {
             tags[index] = names.binary_search(&set.instances[instance].family.as_str()).ok();
         }
     }

@@ -5,7 +5,6 @@ mod latents;
 mod likelihood;
 mod tables;
 
-pub use latents::steady_latents;
 pub use likelihood::Likelihood;
 pub use tables::{LATENTS, MEAN_VIEW, OF_LATENTS, PIXELS, TABLES, UnseenTable};
 

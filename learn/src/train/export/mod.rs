@@ -4,7 +4,7 @@ mod encoder;
 mod jacobian;
 
 use super::weights::{Dense, Weights};
-use crate::architecture::Architecture;
+use crate::architecture::{Architecture, CLASS_SHARPNESS};
 use crate::latent::LatentLayout;
 use crate::onnx::Signature;
 use crate::onnx::build::GraphBuilder;
@@ -167,6 +167,12 @@ fn decoder(b: &mut GraphBuilder, weights: &Weights) -> Decoder {
         seen
     };
     let source = architecture.decoder_sees_source.then_some("measurement");
+    let class = architecture.latent_is_class.then(|| {
+        let sharpness = b.weight("class.sharpness", &[], &[CLASS_SHARPNESS]);
+        let sharpened = b.node("Mul", &[latent, &sharpness], "class.logits");
+        b.node("Softmax", &[&sharpened], "class")
+    });
+    let latent = class.as_deref().unwrap_or(latent);
     let inputs: Vec<&str> = [latent, seen.as_str()].into_iter().chain(source).collect();
     let mut hidden = b.concat(&inputs, "decoder.input");
     let mut layers = Vec::new();
@@ -200,17 +206,18 @@ mod tests {
     use vantage_dataset::{Seed, Split};
 
     /// Untrained networks of unusual sizes: their graphs, and what burn computes of them.
-    fn exported(decoder_sees_azimuth: bool) -> (Weights, Canary) {
+    fn exported(decoder_sees_azimuth: bool, latent_is_class: bool) -> (Weights, Canary) {
         let architecture = Architecture {
             convention: Some(Convention::AzimuthHarmonics),
             trunk: vec![4, 6],
             features: 12,
             measurement: 5,
             encoder: vec![16],
-            latent: LatentLayout { invariant: 3, pairs_per_harmonic: 2 },
+            latent: LatentLayout { invariant: 3, pairs_per_harmonic: if latent_is_class { 0 } else { 2 } },
             decoder: vec![20, 9, 14],
             decoder_sees_azimuth,
             decoder_sees_source: false,
+            latent_is_class,
             components: 7,
         };
         let (device, plain) = (training_device(), Device::flex());
@@ -239,8 +246,8 @@ mod tests {
 
     #[test]
     fn every_graph_computes_what_burn_computes_derivatives_included() {
-        for decoder_sees_azimuth in [false, true] {
-            let (weights, canary) = exported(decoder_sees_azimuth);
+        for (decoder_sees_azimuth, latent_is_class) in [(false, false), (true, false), (true, true)] {
+            let (weights, canary) = exported(decoder_sees_azimuth, latent_is_class);
             assert_eq!(canary.cases.len(), 2 * roles(&weights.architecture).len());
             for case in &canary.cases {
                 let inputs: Vec<_> = case.inputs.iter().map(Vec::as_slice).collect();
@@ -259,7 +266,7 @@ mod tests {
         let view = &synthetic::views(Split::Train, 1, 1, 3).views[0].viewpoint;
         let narrowed = |numbers: &[f64]| numbers.iter().map(|&number| number as f32).collect::<Vec<_>>();
         for decoder_sees_azimuth in [false, true] {
-            let (weights, _) = exported(decoder_sees_azimuth);
+            let (weights, _) = exported(decoder_sees_azimuth, false);
             let layout = weights.architecture.latent;
             let latent = DVector::from_fn(layout.dimension(), |i, _| libm::cos(i as f64));
             let decoder = loaded(Role::Decoder, &weights);

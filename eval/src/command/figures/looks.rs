@@ -1,21 +1,14 @@
-//! `bench figures SCENE --out DIR`: what a model makes of objects it has not seen, as pictures.
+//! What a model expects to see of objects, and from where it thinks a view was taken.
 
-use super::score::chosen_model;
-use crate::cli::FiguresArgs;
-use crate::exit::{BenchError, Exit};
-use crate::figure::FigureError;
+use super::names;
+use crate::exit::BenchError;
 use crate::figure::crop_table::{Block, crop_table_png};
-use crate::figure::embedding_map::EmbeddingMap;
-use crate::figure::tsne::tsne;
 use crate::figure::viewpoint_map::{ViewpointPanel, viewpoint_map_png};
-use crate::output::OutputFolder;
-use crate::pipeline::{Likelihood, Pipeline, model, steady_latents, views};
-use nalgebra::Vector3;
+use crate::pipeline::Likelihood;
+use nalgebra::{DVector, Vector3};
 use std::f64::consts::PI;
-use std::io::Write;
-use vantage_dataset::viewpoint::CONDITIONING;
-use vantage_dataset::{Crop, Seed, Split, View, ViewSet, Viewpoint};
-use vantage_learn::{LatentGaussian, ViewpointModel};
+use vantage_dataset::{Crop, View, ViewSet, Viewpoint};
+use vantage_learn::{LatentGaussian, Viewing};
 
 /// Objects of the sheet and of the viewpoint maps, each of another family.
 const OBJECTS: usize = 6;
@@ -27,34 +20,10 @@ const ELEVATIONS: usize = 20;
 /// Elevations of a viewpoint map, degrees.
 const ELEVATION_RANGE: (f64, f64) = (0.0, 80.0);
 
-/// Draws the test instances of the scene's first seed: their latents as t-SNE, reconstructions and predictions, and
-/// likelihoods over viewpoints.
-pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    let out = OutputFolder::probe(&args.out)?;
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
-    let loaded = model(&pipeline, chosen_model(&pipeline, false, args.model.as_deref()).as_deref())?;
-    let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
-    let (set, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
-    loaded.check_unseen(set.instances.iter().map(|instance| instance.id))?;
-
-    let shown = Shown::new(&set, loaded.model.inner())?;
-    let (svg, png) = shown.latents()?;
-    for (name, bytes) in [
-        ("latents.svg", svg.into_bytes()),
-        ("latents.png", png),
-        ("predictions.png", shown.predictions()?),
-        ("viewpoints.png", shown.viewpoints()?),
-    ] {
-        out.write(name, &bytes)?;
-        writeln!(stdout, "{}", out.path().join(name).display())?;
-    }
-    Ok(Exit::Success)
-}
-
 /// The views that are shown, and the encoder's word on each.
-struct Shown<'a> {
+pub(super) struct Looks<'a> {
     set: &'a ViewSet,
-    model: &'a ViewpointModel,
+    model: &'a dyn Viewing,
     factors: Vec<LatentGaussian>,
 }
 
@@ -68,40 +37,20 @@ struct Parts<'a> {
     held_out: Vec<&'a View>,
 }
 
-impl<'a> Shown<'a> {
-    fn new(set: &'a ViewSet, model: &'a ViewpointModel) -> Result<Self, BenchError> {
-        let encode = |view: &View| model.encode(&view.crop, &view.viewpoint);
+impl<'a> Looks<'a> {
+    pub(super) fn new(set: &'a ViewSet, model: &'a dyn Viewing) -> Result<Self, BenchError> {
+        let encode = |view: &View| model.encode_view(&view.crop, &view.viewpoint);
         Ok(Self { set, model, factors: set.views.iter().map(encode).collect::<Result<_, _>>()? })
-    }
-
-    /// The map of all views as SVG, and with images as PNG.
-    fn latents(&self) -> Result<(String, Vec<u8>), BenchError> {
-        let latents = steady_latents(&self.factors, self.model.latent());
-        let points = tsne(&latents).ok_or(FigureError::Empty { figure: "t-SNE" })?;
-        let groups: Vec<usize> = self.set.views.iter().map(|view| view.instance).collect();
-        let names: Vec<String> = (0..self.set.instances.len()).map(|index| self.name(index)).collect();
-        let crops: Vec<&Crop> = self.set.views.iter().map(|view| &view.crop).collect();
-        let title =
-            format!("t-SNE of latents, one of each view; a colour for each of {} instances", names.len());
-        let map =
-            EmbeddingMap { title: &title, points: &points, groups: &groups, names: &names, crops: &crops };
-        Ok((map.svg()?, map.png()?))
-    }
-
-    fn name(&self, instance: usize) -> String {
-        let family = &self.set.instances[instance].family;
-        let before = self.set.instances[..instance].iter().filter(|other| other.family == *family).count();
-        format!("{family} {}", before + 1)
     }
 
     /// The first instance of each of some families, spread over all of them, that has views of both kinds.
     fn objects(&self) -> Vec<Parts<'_>> {
         let mut families: Vec<&str> = Vec::new();
         let mut all = Vec::new();
-        for (index, instance) in self.set.instances.iter().enumerate() {
+        for ((index, instance), name) in self.set.instances.iter().enumerate().zip(names(self.set)) {
             let own = || self.set.views.iter().zip(&self.factors).filter(|(view, _)| view.instance == index);
             let parts = Parts {
-                name: self.name(index),
+                name,
                 known: own().filter(|(view, _)| view.session % 2 == 0).collect(),
                 held_out: own().filter(|(view, _)| view.session % 2 == 1).map(|(view, _)| view).collect(),
             };
@@ -120,18 +69,18 @@ impl<'a> Shown<'a> {
         all
     }
 
-    fn posterior(&self, factors: &[LatentGaussian]) -> nalgebra::DVector<f64> {
+    fn posterior(&self, factors: &[LatentGaussian]) -> DVector<f64> {
         LatentGaussian::posterior(self.model.latent().dimension, factors).mean
     }
 
-    fn fused(&self, parts: &Parts<'_>) -> nalgebra::DVector<f64> {
+    fn fused(&self, parts: &Parts<'_>) -> DVector<f64> {
         let factors: Vec<LatentGaussian> = parts.known.iter().map(|(_, factor)| (*factor).clone()).collect();
         self.posterior(&factors)
     }
 
     /// An input and held-out views by rising azimuth from it, above what is expected from the input alone, and from all
-    /// known views.
-    fn predictions(&self) -> Result<Vec<u8>, BenchError> {
+    /// known views; `None` of a model that predicts no crops.
+    pub(super) fn predictions(&self) -> Result<Option<Vec<u8>>, BenchError> {
         let mut blocks = Vec::new();
         for parts in self.objects() {
             let (input, factor) = parts.known[0];
@@ -143,12 +92,14 @@ impl<'a> Shown<'a> {
             held_out.sort_by(|a, b| from_input(a).abs().total_cmp(&from_input(b).abs()));
             held_out.truncate(HELD_OUT);
             let shown: Vec<&View> = [input].into_iter().chain(held_out).collect();
-            let line = |latent: &nalgebra::DVector<f64>| -> Result<Vec<Crop>, BenchError> {
-                let crop = |view: &&View| {
-                    let x: [f64; CONDITIONING] = view.viewpoint.conditioning();
-                    Ok(self.model.reconstruct(latent, &x)?)
-                };
-                shown.iter().map(crop).collect()
+            let line = |latent: &DVector<f64>| -> Result<Option<Vec<Crop>>, BenchError> {
+                let crop = |view: &&View| self.model.reconstruct_view(latent, &view.viewpoint);
+                Ok(shown.iter().map(crop).collect::<Option<Result<_, _>>>().transpose()?)
+            };
+            let (Some(alone), Some(together)) =
+                (line(&self.posterior(std::slice::from_ref(factor)))?, line(&self.fused(&parts))?)
+            else {
+                return Ok(None);
             };
             let truth = shown.iter().map(|view| view.crop.clone()).collect();
             let captions = shown.iter().enumerate().map(|(column, view)| match column {
@@ -159,22 +110,22 @@ impl<'a> Shown<'a> {
                 captions: captions.collect(),
                 rows: vec![
                     ("seen".to_owned(), truth),
-                    ("from the input".to_owned(), line(&self.posterior(std::slice::from_ref(factor)))?),
-                    (format!("from {} views", parts.known.len()), line(&self.fused(&parts))?),
+                    ("from the input".to_owned(), alone),
+                    (format!("from {} views", parts.known.len()), together),
                 ],
                 name: parts.name,
             });
         }
-        Ok(crop_table_png(&blocks)?)
+        Ok(Some(crop_table_png(&blocks)?))
     }
 
     /// The likelihood of one held-out view of each object, given the known ones; roll and distance as they are.
-    fn viewpoints(&self) -> Result<Vec<u8>, BenchError> {
+    pub(super) fn viewpoints(&self) -> Result<Vec<u8>, BenchError> {
         let mut panels = Vec::new();
         for parts in self.objects() {
             let view = parts.held_out[0];
             let latent = self.fused(&parts);
-            let likelihood = Likelihood::new(&self.model, &latent, &view.crop)?;
+            let likelihood = Likelihood::new(self.model, &latent, &view.crop)?;
             let (low, high) = ELEVATION_RANGE;
             let elevation =
                 |row: usize| (low + (high - low) * (row as f64 + 0.5) / ELEVATIONS as f64).to_radians();

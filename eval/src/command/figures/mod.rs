@@ -1,0 +1,75 @@
+//! `bench figures SCENE --out DIR`: what a model makes of objects it has not seen, as pictures.
+
+mod looks;
+
+use super::score::chosen_model;
+use crate::cli::FiguresArgs;
+use crate::exit::{BenchError, Exit};
+use crate::figure::FigureError;
+use crate::figure::embedding_map::EmbeddingMap;
+use crate::figure::tsne::tsne;
+use crate::output::OutputFolder;
+use crate::pipeline::{Pipeline, any_model, check_unseen, views};
+use looks::Looks;
+use std::io::Write;
+use vantage_dataset::{Crop, Seed, Split, View, ViewSet};
+use vantage_learn::Model;
+
+/// Draws the test instances of the scene's first seed: their latents as t-SNE and, of models that know looks from viewpoints,
+/// predictions and likelihoods over viewpoints.
+pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let out = OutputFolder::probe(&args.out)?;
+    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
+    let (model, folder) =
+        any_model(&pipeline, chosen_model(&pipeline, false, args.model.as_deref()).as_deref())?;
+    let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
+    let (set, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
+    check_unseen(model.training_instances(), &folder, set.instances.iter().map(|instance| instance.id))?;
+
+    let (svg, png) = latents(&set, &model)?;
+    let mut drawn = vec![("latents.svg", svg.into_bytes()), ("latents.png", png)];
+    match model.viewing() {
+        Some(viewing) => {
+            let looks = Looks::new(&set, &*viewing)?;
+            match looks.predictions()? {
+                Some(png) => drawn.push(("predictions.png", png)),
+                None => pipeline.progress.note("note: no predictions.png: the model has no graph image"),
+            }
+            drawn.push(("viewpoints.png", looks.viewpoints()?));
+        }
+        None => pipeline.progress.note(
+            "note: no predictions.png and viewpoints.png: the model does not know looks from viewpoints",
+        ),
+    }
+    for (name, bytes) in drawn {
+        out.write(name, &bytes)?;
+        writeln!(stdout, "{}", out.path().join(name).display())?;
+    }
+    Ok(Exit::Success)
+}
+
+/// The map of the embeddings of all views as SVG, and with images as PNG.
+fn latents(set: &ViewSet, model: &Model) -> Result<(String, Vec<u8>), BenchError> {
+    let embed = |view: &View| -> Result<Vec<f32>, BenchError> {
+        let numbers = model.embed(&view.crop, Some(&view.viewpoint))?;
+        Ok(numbers.into_iter().map(|number| number as f32).collect())
+    };
+    let embeddings: Vec<Vec<f32>> = set.views.iter().map(embed).collect::<Result<_, _>>()?;
+    let points = tsne(&embeddings).ok_or(FigureError::Empty { figure: "t-SNE" })?;
+    let groups: Vec<usize> = set.views.iter().map(|view| view.instance).collect();
+    let names = names(set);
+    let crops: Vec<&Crop> = set.views.iter().map(|view| &view.crop).collect();
+    let title = format!("t-SNE of latents, one of each view; a colour for each of {} instances", names.len());
+    let map = EmbeddingMap { title: &title, points: &points, groups: &groups, names: &names, crops: &crops };
+    Ok((map.svg()?, map.png()?))
+}
+
+/// Family and number of each instance, as titles have it.
+fn names(set: &ViewSet) -> Vec<String> {
+    let name = |index: usize| {
+        let family = &set.instances[index].family;
+        let before = set.instances[..index].iter().filter(|other| other.family == *family).count();
+        format!("{family} {}", before + 1)
+    };
+    (0..set.instances.len()).map(name).collect()
+}

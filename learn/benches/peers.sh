@@ -1,0 +1,18 @@
+#!/bin/sh
+# Speed of training beside PyTorch's, and of tract beside onnxruntime's, on the same networks, as Markdown tables.
+#
+#   learn/benches/peers.sh [FOLDER [ROUNDS]]
+#
+# FOLDER (out/peers-learn) takes a virtual environment. Needs Python 3 with venv.
+set -eu
+cd "$(dirname "$0")/../.."
+folder=${1:-out/peers-learn}
+mkdir -p "$folder"
+if [ ! -x "$folder/venv/bin/python" ]; then
+    python3 -m venv "$folder/venv"
+    "$folder/venv/bin/pip" install --quiet torch==2.9.1 --index-url https://download.pytorch.org/whl/cpu
+    "$folder/venv/bin/pip" install --quiet onnxruntime==1.23.2 numpy
+fi
+cargo build --release --locked --quiet -p vantage-learn --example speed
+speed="${CARGO_TARGET_DIR:-target}/release/examples/speed"
+exec "$folder/venv/bin/python" learn/benches/peers.py compare "$speed" models/objects "${2:-5}"
