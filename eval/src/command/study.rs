@@ -6,7 +6,7 @@ use crate::manifest::Manifest;
 use crate::metric::Metric;
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    LATENTS, OF_LATENTS, PIXELS, Pipeline, Unseen, UnseenTable, study_views, variant_models, variant_scores,
+    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, study_views, variant_models, variant_scores,
 };
 use crate::render::{self, Style};
 use crate::report;
@@ -20,8 +20,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use vantage_dataset::Seed;
 
-/// What a study shows of unseen instances.
-const TABLE: UnseenTable = OF_LATENTS;
 /// Folder of the cache that holds trained trunks.
 const TRUNKS: &str = "trunks";
 
@@ -44,29 +42,38 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let views = study_views(&pipeline)?;
     manifest.took("views", started.elapsed());
     let trunks = args.cache.join(TRUNKS);
-    let mut runs = Vec::new();
+    let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
     for variant in &study.variants {
         let started = Instant::now();
         for model in variant_models(&pipeline, &study, variant, &views, &trunks)? {
             let scored = variant_scores(&pipeline, &model)?;
-            if runs.is_empty() {
-                let floor = mean_scores(&scored, PIXELS);
-                let floor = |&seed| run(PIXELS, seed, floor.clone());
-                runs.extend(seeds.iter().map(floor));
+            for (table, runs) in TABLES.iter().zip(&mut runs) {
+                if let Some(floor) = table.floor().filter(|_| runs.is_empty()) {
+                    let scores = mean_scores(table, &scored, floor);
+                    runs.extend(seeds.iter().map(|&seed| run(floor, seed, scores.clone())));
+                }
+                runs.push(run(&variant.name, model.seed, mean_scores(table, &scored, LATENTS)));
             }
-            runs.push(run(&variant.name, model.seed, mean_scores(&scored, LATENTS)));
         }
         manifest.took(&variant.name, started.elapsed());
     }
 
-    let names: Vec<&str> =
-        study.variants.iter().map(|variant| variant.name.as_str()).chain([PIXELS]).collect();
-    let table = Table::new("models", &names, Some(names[0]), TABLE.metrics(), &seeds, runs)?;
-    writeln!(stdout, "{}", render::tables(&table, Style::Terminal))?;
+    let tables = TABLES
+        .iter()
+        .zip(runs)
+        .map(|(table, runs)| {
+            let variants = study.variants.iter().map(|variant| variant.name.as_str());
+            let names: Vec<&str> = variants.chain(table.floor()).collect();
+            Table::new(table.name, &names, Some(names[0]), table.metrics(), &seeds, runs)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    for table in tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
+        writeln!(stdout, "{}", render::tables(table, Style::Terminal))?;
+    }
     let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
     let notes = format!("# {}\n\n{}\n\n{}", study.name, study.purpose.trim(), notes.collect::<String>());
     out.write(PathBuf::from(&study.name).join("variants.md"), notes.as_bytes())?;
-    report::write(&out, &Results::new(&study.name, &hash, vec![table]), &manifest)?;
+    report::write(&out, &Results::new(&study.name, &hash, tables), &manifest)?;
     Ok(Exit::Success)
 }
 
@@ -75,9 +82,9 @@ fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
 }
 
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
-fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
+fn mean_scores(table: &UnseenTable, unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
     let of_method = || {
-        let runs = unseen.iter().flat_map(|set| set.runs.get(TABLE.name).into_iter().flatten());
+        let runs = unseen.iter().flat_map(|set| set.runs.get(table.name).into_iter().flatten());
         runs.filter(|run| run.method == method)
     };
     let sets = of_method().count() as f64;
@@ -86,5 +93,5 @@ fn mean_scores(unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
         let scores = scores.filter(|scores| !scores.is_empty())?;
         Some((metric, scores.iter().sum::<f64>() / sets))
     };
-    TABLE.metrics().iter().copied().filter_map(mean).collect()
+    table.metrics().iter().copied().filter_map(mean).collect()
 }

@@ -123,6 +123,11 @@ impl UnseenTable {
         self.metrics
     }
 
+    /// The row beside that of the latents, if any.
+    pub fn floor(&self) -> Option<&'static str> {
+        self.methods.iter().copied().find(|method| *method != LATENTS)
+    }
+
     /// The rows of one seed, with those of each method's scores that the table shows.
     pub(super) fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
         let shown = |scores: &Scores| {
