@@ -15,6 +15,7 @@ use thiserror::Error;
 use vantage_dataset::InstanceId;
 use vantage_dataset::layout::ImportError;
 use vantage_dataset::store::StoreError;
+use vantage_learn::Kind;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
 use vantage_slam::EstimateError;
@@ -153,6 +154,17 @@ pub enum BenchError {
         /// The model's folder.
         folder: PathBuf,
     },
+    /// A model that the estimator can do nothing with.
+    #[error(
+        "the model in {} is of kind {kind} and does not tell what an object looks like from a viewpoint; the estimator needs a \
+         viewpoint_dependent one, or a viewpoint_predictive one whose latent turns. `bench figures` and `bench study` take any", folder.display()
+    )]
+    NotViewing {
+        /// The model's folder.
+        folder: PathBuf,
+        /// Its kind.
+        kind: Kind,
+    },
     /// A cached answer is not what was written.
     #[error("{}: {reason}; remove the cache entry and run again", path.display())]
     StoredAnswers {
@@ -244,6 +256,7 @@ impl BenchError {
             | BenchError::NoPicture { .. }
             | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
+            | BenchError::NotViewing { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]

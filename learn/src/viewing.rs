@@ -4,14 +4,11 @@ use crate::error::ModelError;
 use crate::latent::{Latent, LatentGaussian, LatentLayout};
 use crate::predictive_model::PredictiveModel;
 use crate::residual::ResidualNoise;
-use crate::role::{Convention, Role};
-use crate::viewpoint_model::ViewpointModel;
-use nalgebra::DVector;
+use crate::role::{Convention, OBJECT_CENTRED_CHANGE, Role};
+use crate::viewpoint_model::{Linearization, ViewpointModel};
+use nalgebra::{DMatrix, DVector};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Crop, Viewpoint};
-
-/// Step of the central differences by an azimuth, radians: single-precision networks, whose fifth harmonic bends most.
-const STEP: f64 = 1e-2;
 
 /// `q(e | z, x_rel)` and `p(m | e, x_rel)`, latents in the object's frame.
 pub trait Viewing: Sync {
@@ -27,8 +24,16 @@ pub trait Viewing: Sync {
     /// The factor `q` of one view on the latent.
     fn encode_view(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError>;
 
+    /// `m(e, x)`, `[d_m]`, of a latent and a viewpoint's conditioning.
+    fn predict(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError>;
+
+    /// The same with its derivatives.
+    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError>;
+
     /// `m(e, x)`, `[d_m]`.
-    fn predict_view(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, ModelError>;
+    fn predict_view(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, ModelError> {
+        self.predict(latent, &viewpoint.conditioning())
+    }
 
     /// The crop expected; `None` of a model without the graph for that.
     fn reconstruct_view(
@@ -37,11 +42,10 @@ pub trait Viewing: Sync {
         viewpoint: &Viewpoint,
     ) -> Option<Result<Crop, ModelError>>;
 
-    /// `d m / d azimuth`, `[d_m]`, per radian; by central differences where the model does not know better.
+    /// `d m / d azimuth`, `[d_m]`, per radian.
     fn by_azimuth(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, ModelError> {
-        let ahead = self.predict_view(latent, &viewpoint.turned(STEP))?;
-        let behind = self.predict_view(latent, &viewpoint.turned(-STEP))?;
-        Ok((ahead - behind) / (2.0 * STEP))
+        let x = viewpoint.conditioning();
+        Ok(self.linearize(latent, &x)?.d_conditioning * conditioning_by_azimuth(&x))
     }
 }
 
@@ -62,8 +66,12 @@ impl Viewing for &ViewpointModel {
         self.encode(crop, viewpoint)
     }
 
-    fn predict_view(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, ModelError> {
-        self.predict(latent, &viewpoint.conditioning())
+    fn predict(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
+        ViewpointModel::predict(self, latent, x)
+    }
+
+    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
+        ViewpointModel::linearize(self, latent, x)
     }
 
     fn reconstruct_view(
@@ -72,11 +80,6 @@ impl Viewing for &ViewpointModel {
         viewpoint: &Viewpoint,
     ) -> Option<Result<Crop, ModelError>> {
         self.has(Role::Image).then(|| self.reconstruct(latent, &viewpoint.conditioning()))
-    }
-
-    fn by_azimuth(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, ModelError> {
-        let x = viewpoint.conditioning();
-        Ok(self.linearize(latent, &x)?.d_conditioning * conditioning_by_azimuth(&x))
     }
 }
 
@@ -95,6 +98,8 @@ fn conditioning_by_azimuth(x: &[f64; CONDITIONING]) -> DVector<f64> {
 pub(crate) struct Turning<'a> {
     model: &'a PredictiveModel,
     layout: LatentLayout,
+    /// No measurement of a first view, `[d_m]`.
+    nothing: DVector<f64>,
 }
 
 impl<'a> Turning<'a> {
@@ -102,17 +107,16 @@ impl<'a> Turning<'a> {
     pub(crate) fn new(model: &'a PredictiveModel) -> Option<Self> {
         let centred = model.convention() == Convention::ObjectCentredChange;
         let layout = model.latent().steerable.filter(|_| centred)?;
-        Some(Self { model, layout })
+        Some(Self { model, layout, nothing: DVector::zeros(model.measurement_dim()) })
     }
+}
 
-    /// The latent in the frame of a camera at the viewpoint, no measurement, and the change to itself.
-    fn inputs(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> (DVector<f64>, DVector<f64>, Vec<f64>) {
-        let in_camera = self.layout.turned(latent, -viewpoint.azimuth());
-        let still = (0..HARMONICS).flat_map(|_| [1.0, 0.0]);
-        let upright = &viewpoint.conditioning()[2 * HARMONICS..];
-        let change = still.chain(upright.iter().map(|_| 0.0)).chain(upright.iter().copied());
-        (in_camera, DVector::zeros(self.model.measurement_dim()), change.collect())
-    }
+/// The harmonics, nothing of the first view's upright part, and that of the viewpoint.
+fn change_from_azimuth_0(x: &[f64; CONDITIONING]) -> [f64; OBJECT_CENTRED_CHANGE] {
+    let mut change = [0.0; OBJECT_CENTRED_CHANGE];
+    change[..2 * HARMONICS].copy_from_slice(&x[..2 * HARMONICS]);
+    change[CONDITIONING..].copy_from_slice(&x[2 * HARMONICS..]);
+    change
 }
 
 impl Viewing for Turning<'_> {
@@ -133,9 +137,18 @@ impl Viewing for Turning<'_> {
         Ok(LatentGaussian { mean: self.layout.turned(&mean, viewpoint.azimuth()), variance })
     }
 
-    fn predict_view(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, ModelError> {
-        let (latent, nothing, change) = self.inputs(latent, viewpoint);
-        self.model.predict(&latent, &nothing, &change)
+    fn predict(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
+        self.model.predict(latent, &self.nothing, &change_from_azimuth_0(x))
+    }
+
+    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
+        let at = self.model.linearize(latent, &self.nothing, &change_from_azimuth_0(x))?;
+        let mut d_conditioning = DMatrix::zeros(at.measurement.len(), CONDITIONING);
+        d_conditioning.columns_mut(0, 2 * HARMONICS).copy_from(&at.d_change.columns(0, 2 * HARMONICS));
+        let upright = CONDITIONING - 2 * HARMONICS;
+        let of_view = at.d_change.columns(CONDITIONING, upright);
+        d_conditioning.columns_mut(2 * HARMONICS, upright).copy_from(&of_view);
+        Ok(Linearization { measurement: at.measurement, d_latent: at.d_latent, d_conditioning })
     }
 
     fn reconstruct_view(
@@ -143,8 +156,8 @@ impl Viewing for Turning<'_> {
         latent: &DVector<f64>,
         viewpoint: &Viewpoint,
     ) -> Option<Result<Crop, ModelError>> {
-        let (latent, nothing, change) = self.inputs(latent, viewpoint);
-        self.model.has(Role::Image).then(|| self.model.reconstruct(&latent, &nothing, &change))
+        let change = change_from_azimuth_0(&viewpoint.conditioning());
+        self.model.has(Role::Image).then(|| self.model.reconstruct(latent, &self.nothing, &change))
     }
 }
 

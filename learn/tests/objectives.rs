@@ -5,7 +5,7 @@
 #[expect(dead_code, reason = "other tests use the rest")]
 mod support;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{DVector, Point3, Vector3};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -106,7 +106,26 @@ fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
     let same = viewing.predict_view(&turned.mean, &view.viewpoint.turned(1.5)).unwrap();
     assert!((&ahead - &same).norm() < 1e-4 * (1.0 + ahead.norm()), "{ahead} {same}");
     let still = viewing.predict_view(&one.mean, &view.viewpoint).unwrap();
-    assert!((ahead - still).norm() > 1e-3);
+    assert!((ahead - &still).norm() > 1e-3);
+
+    let at = viewing.linearize(&one.mean, &view.viewpoint.conditioning()).unwrap();
+    assert!((&at.measurement - &still).norm() < 1e-4);
+    let step = 1e-2;
+    let after = |angle: f64| viewing.predict_view(&one.mean, &view.viewpoint.turned(angle)).unwrap();
+    let by_azimuth = viewing.by_azimuth(&one.mean, &view.viewpoint).unwrap();
+    let differences = (after(step) - after(-step)) / (2.0 * step);
+    assert!(
+        (&by_azimuth - &differences).norm() < 2e-2 * (0.1 + differences.norm()),
+        "{by_azimuth} {differences}"
+    );
+    let direction = DVector::from_fn(one.mean.len(), |i, _| libm::cos(i as f64));
+    let moved = |by: f64| viewing.predict_view(&(&one.mean + &direction * by), &view.viewpoint).unwrap();
+    let differences = (moved(step) - moved(-step)) / (2.0 * step);
+    let by_latent = at.d_latent * direction;
+    assert!(
+        (&by_latent - &differences).norm() < 2e-2 * (0.1 + differences.norm()),
+        "{by_latent} {differences}"
+    );
 }
 
 #[test]

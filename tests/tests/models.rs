@@ -45,3 +45,41 @@ fn faults_are_told_with_their_place_and_end_with_5() {
         models(name).expect(5, &words);
     }
 }
+
+/// The small scene with a model of its own, hardly trained.
+fn with_objective(objective: &str) -> SmallScene {
+    let model = format!(
+        "training:\n  seed: 1\n  model: {{ objective: {objective}, trunk_steps: 2, steps: 2, batch: 4, \
+         trunk_batch: 16, measurement_dim: 8, latent_dim: 30 }}"
+    );
+    let odometry = "occluder_probability: 0.5\n  odometry: { translation_per_metre: 0.03, rotation_deg_per_metre: 3, \
+                    rotation_per_radian: 0.02, out_of_plane: 0.1, bias_translation_per_metre: 0, \
+                    bias_rotation_deg_per_metre: 0 }";
+    SmallScene::new(&[
+        ("training:\n  seed: 1", &model),
+        ("  reference:", "  # reference:"),
+        ("occluder_probability: 0.5", odometry),
+    ])
+}
+
+#[test]
+fn a_predictive_model_makes_the_semantic_rows_under_its_own_name() {
+    let scene = with_objective("viewpoint_predictive");
+    scene.run().expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/small/tables.md")).expect("tables");
+    assert!(tables.matches("| viewpoint_predictive").count() > 5, "{tables}");
+    assert!(!tables.contains("viewpoint_dependent"), "{tables}");
+    assert!(scene.path("out/small/0/viewpoint_predictive.tum").exists());
+}
+
+#[test]
+fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
+    let scene = with_objective("contrastive");
+    scene.run().expect(2, &["kind embedding", "bench figures"]);
+    let mut figures = bench();
+    figures.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
+    figures.arg(scene.path("pictures")).arg("--cache").arg(scene.path("cache"));
+    Finished::of(&mut figures).expect(0, &["no predictions.png"]);
+    assert!(scene.path("pictures/latents.png").exists());
+    assert!(!scene.path("pictures/viewpoints.png").exists());
+}

@@ -18,6 +18,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use vantage_dataset::{Seed, Split};
+use vantage_learn::Kind;
 
 /// All that the line gave for one scene.
 pub struct Scored {
@@ -33,6 +34,8 @@ pub struct Scored {
     pub unseen: Vec<Unseen>,
     /// Detections in all episodes.
     pub detections: usize,
+    /// What kind of model made the semantic rows.
+    pub kind: Kind,
 }
 
 /// Runs the line on a scene.
@@ -57,9 +60,9 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     clock.stage("episodes");
     let answers = estimates(&pipeline, &episodes, &loaded)?;
     clock.stage("estimates");
-    let viewing = loaded.model.inner();
+    let viewing = loaded.model.viewing();
     let unseen =
-        unseen(&pipeline, &seeds, Subject::Viewing(&viewing), &loaded.hash, |set| loaded.check_set(set))?;
+        unseen(&pipeline, &seeds, Subject::Viewing(&*viewing), &loaded.hash, |set| loaded.check_set(set))?;
     clock.stage("unseen instances");
     let scored =
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;
@@ -69,6 +72,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, scored.tables),
         detections: scored.detections,
+        kind: loaded.model.inner().manifest().kind,
         manifest,
         episodes,
         answers,

@@ -12,6 +12,7 @@ use crate::table::{Outcome, Run, Table};
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Seed, Truth};
+use vantage_learn::Kind;
 use vantage_slam::Row;
 
 const TRAJECTORY: [Metric; 7] = [
@@ -40,6 +41,7 @@ pub fn tables(
     unseen: &[Unseen],
     model: &LoadedModel,
 ) -> Result<Tables, BenchError> {
+    let kind = model.model.inner().manifest().kind;
     let mut runs = Vec::new();
     let mut detections = 0;
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
@@ -53,21 +55,35 @@ pub fn tables(
             Err(_) => None,
         };
         for answer in answers {
-            runs.push(run(*seed, answer, truth.as_ref())?);
+            let method = row_name(answer.row, kind).to_owned();
+            let (outcome, scores) = (answer.outcome.clone(), scores(answer, truth.as_ref())?);
+            runs.push(Run { method, seed: *seed, outcome, scores });
         }
     }
-    let methods: Vec<&str> = rows.iter().map(|row| row.name()).collect();
+    let methods: Vec<&str> = rows.iter().map(|&row| row_name(row, kind)).collect();
     let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
     let trajectory = Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?;
     let mut tables = vec![trajectory];
     for table in &TABLES {
         let of = |seed: &Unseen| seed.runs.get(table.name).cloned().unwrap_or_default();
-        tables.push(table.of(seeds, unseen.iter().flat_map(of).collect())?);
+        tables.push(table.of(
+            row_name(Row::ViewpointDependent, kind),
+            seeds,
+            unseen.iter().flat_map(of).collect(),
+        )?);
     }
     Ok(Tables { tables, detections })
 }
 
-fn run(seed: Seed, answer: &Answer, truth: Option<&Truth>) -> Result<Run, BenchError> {
+/// The semantic row is named by the model.
+pub fn row_name(row: Row, kind: Kind) -> &'static str {
+    match (row, kind) {
+        (Row::ViewpointDependent, Kind::ViewpointPredictive) => "viewpoint_predictive",
+        (row, _) => row.name(),
+    }
+}
+
+fn scores(answer: &Answer, truth: Option<&Truth>) -> Result<BTreeMap<Metric, f64>, BenchError> {
     let mut scores = BTreeMap::new();
     if let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) {
         let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
@@ -85,5 +101,5 @@ fn run(seed: Seed, answer: &Answer, truth: Option<&Truth>) -> Result<Run, BenchE
         scores
             .extend(TRAJECTORY.into_iter().zip(values).filter_map(|(metric, value)| Some((metric, value?))));
     }
-    Ok(Run { method: answer.row.name().to_owned(), seed, outcome: answer.outcome.clone(), scores })
+    Ok(scores)
 }

@@ -6,7 +6,7 @@ use crate::scene_file;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};
-use vantage_learn::{Model, Role, ViewpointModel};
+use vantage_learn::{Kind, Model, Role};
 
 /// What a model's manifest calls the hash of the conditions its views were made under.
 pub const VIEW_CONDITIONS: &str = "view_conditions";
@@ -67,7 +67,7 @@ fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBu
 }
 
 fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
-    let model = ViewpointModel::load(folder)?;
+    let model = Model::load(folder)?;
     let note = |what: &str| {
         let folder = folder.display();
         pipeline.progress.note(&format!("note: the model in {folder} {what}; it is scored as it is"));
@@ -79,12 +79,16 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
         ),
         Some(_) => {}
     }
-    if !model.has(Role::DecoderJacobian) {
-        note("has no graph decoder_jacobian: derivatives are by central differences, many times slower");
+    let jacobian = match model.manifest().kind {
+        Kind::ViewpointPredictive => Role::PredictorJacobian,
+        _ => Role::DecoderJacobian,
+    };
+    if !model.manifest().graphs.contains_key(&jacobian) {
+        note(&format!("has no graph {jacobian}: derivatives are by central differences, many times slower"));
     }
-    Ok(LoadedModel {
-        hash: model.hash().to_owned(),
-        model: TractModel::new(model).map_err(vantage_slam::EstimateError::from)?,
-        folder: folder.to_owned(),
-    })
+    let (hash, kind) = (model.hash().to_owned(), model.manifest().kind);
+    let model = TractModel::new(model)
+        .ok_or_else(|| BenchError::NotViewing { folder: folder.to_owned(), kind })?
+        .map_err(vantage_slam::EstimateError::from)?;
+    Ok(LoadedModel { hash, model, folder: folder.to_owned() })
 }

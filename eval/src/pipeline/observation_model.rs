@@ -3,26 +3,31 @@
 use nalgebra::DVector;
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Viewpoint};
-use vantage_learn::ViewpointModel;
+use vantage_learn::{Model, Viewing};
 use vantage_slam::{LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel};
 
-/// A model folder as p(z | e, x_rel) of Eq. 10.
+/// A model folder as p(z | e, x_rel) of Eq. 10: a viewpoint-dependent model, or a viewpoint-predictive one without a first view.
 pub struct TractModel {
-    model: ViewpointModel,
+    model: Model,
     noise: MeasurementNoise,
 }
 
 impl TractModel {
-    /// Wraps a loaded model.
-    pub fn new(model: ViewpointModel) -> Result<Self, ModelError> {
-        let residual = model.noise();
-        let noise = MeasurementNoise::new(residual.sqrt_information(), residual.degrees_of_freedom, 1.0)?;
-        Ok(Self { model, noise })
+    /// Wraps a loaded model; `None` of one that is not of looks from viewpoints ([`Model::viewing`]).
+    pub fn new(model: Model) -> Option<Result<Self, ModelError>> {
+        let residual = model.viewing()?.noise().clone();
+        let noise = MeasurementNoise::new(residual.sqrt_information(), residual.degrees_of_freedom, 1.0);
+        Some(noise.map(|noise| Self { model, noise }))
     }
 
     /// The model itself.
-    pub fn inner(&self) -> &ViewpointModel {
+    pub fn inner(&self) -> &Model {
         &self.model
+    }
+
+    /// The model as one of looks from viewpoints.
+    pub fn viewing(&self) -> Box<dyn Viewing + '_> {
+        self.model.viewing().expect("new made sure of it")
     }
 }
 
@@ -40,19 +45,19 @@ fn failed(error: vantage_learn::ModelError) -> ModelError {
 
 impl ObservationModel for TractModel {
     fn latent_dim(&self) -> usize {
-        self.model.latent().dimension
+        self.model.manifest().latent.dimension
     }
 
     fn measurement_dim(&self) -> usize {
-        self.model.measurement_dim()
+        self.noise.sqrt_information().nrows()
     }
 
     fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
-        self.model.measure(crop).map_err(failed)
+        self.viewing().measure(crop).map_err(failed)
     }
 
     fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError> {
-        let view = self.model.encode(crop, viewpoint).map_err(failed)?;
+        let view = self.viewing().encode_view(crop, viewpoint).map_err(failed)?;
         Ok(LatentGaussian { mean: view.mean, variance: view.variance })
     }
 
@@ -61,7 +66,7 @@ impl ObservationModel for TractModel {
         latent: &DVector<f64>,
         conditioning: &[f64; CONDITIONING],
     ) -> Result<DVector<f64>, ModelError> {
-        self.model.predict(latent, conditioning).map_err(failed)
+        self.viewing().predict(latent, conditioning).map_err(failed)
     }
 
     fn linearize(
@@ -69,7 +74,7 @@ impl ObservationModel for TractModel {
         latent: &DVector<f64>,
         conditioning: &[f64; CONDITIONING],
     ) -> Result<Linearization, ModelError> {
-        let at = self.model.linearize(latent, conditioning).map_err(failed)?;
+        let at = self.viewing().linearize(latent, conditioning).map_err(failed)?;
         Ok(Linearization { mean: at.measurement, d_latent: at.d_latent, d_conditioning: at.d_conditioning })
     }
 

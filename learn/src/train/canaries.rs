@@ -9,7 +9,6 @@ use crate::architecture::{Architecture, LOG_VARIANCE};
 use crate::canary::{Canary, CanaryCase, TOLERANCE};
 use crate::role::{Kind, Role};
 use burn::tensor::{Device, Tensor, TensorData};
-use vantage_dataset::viewpoint::CONDITIONING;
 
 /// Views replayed.
 const VIEWS: usize = 2;
@@ -70,7 +69,7 @@ impl Trainer<'_> {
                     case(Role::Image, &[&mean, &x], &[&image]),
                 ];
                 if roles(architecture).contains(&Role::DecoderJacobian) {
-                    let (d_latent, d_conditioning) = self.jacobian(&mean, &x);
+                    let [d_latent, d_conditioning, _] = self.jacobian(&mean, &x, None);
                     let outputs = [&predicted, &d_latent, &d_conditioning];
                     cases.push(case(Role::DecoderJacobian, &[&mean, &x], &outputs));
                 }
@@ -80,12 +79,18 @@ impl Trainer<'_> {
                 let change = self.views.conditioning(architecture.convention, view, other, true);
                 let (predicted, image) = decoded(&change, Some(source));
                 let inputs = [&mean, &measurement, &change];
-                vec![
+                let mut cases = vec![
                     case(Role::Measurement, &[&crop], &[&measurement]),
                     case(Role::Encoder, &[&crop], &[&mean, &log_variance]),
                     case(Role::Predictor, &inputs, &[&predicted]),
                     case(Role::Image, &inputs, &[&image]),
-                ]
+                ];
+                if roles(architecture).contains(&Role::PredictorJacobian) {
+                    let [d_latent, d_change, d_source] = self.jacobian(&mean, &change, Some(&measurement));
+                    let outputs = [&predicted, &d_latent, &d_source, &d_change];
+                    cases.push(case(Role::PredictorJacobian, &inputs, &outputs));
+                }
+                cases
             }
             Kind::Embedding => {
                 let embedding = if self.unit_embedding {
@@ -98,27 +103,29 @@ impl Trainer<'_> {
         }
     }
 
-    /// Row by row through the trainer's automatic derivatives.
-    fn jacobian(&self, latent: &[f32], x: &[f32]) -> (Vec<f32>, Vec<f32>) {
+    /// By latent, conditioning and source, row by row through the trainer's automatic derivatives.
+    fn jacobian(&self, latent: &[f32], x: &[f32], source: Option<&[f32]>) -> [Vec<f32>; 3] {
         let layout = self.architecture.latent;
         let input = |row: &[f32]| {
             let data = TensorData::new(row.to_vec(), [1, row.len()]);
             Tensor::<2>::from_data(data, self.device).require_grad()
         };
-        let (mut d_latent, mut d_conditioning) = (Vec::new(), Vec::new());
+        let (mut d_latent, mut d_conditioning, mut d_source) = (Vec::new(), Vec::new(), Vec::new());
         for row in 0..self.architecture.measurement {
             let (latent, conditioning) = (input(latent), input(x));
             let turn = Turn::new(layout, &conditioning);
-            let seen = decoder_input(self.architecture, &conditioning, None);
+            let source = source.map(input);
+            let seen = decoder_input(self.architecture, &conditioning, source.clone());
             let decoded = self.network.decode(self.architecture, latent.clone(), seen, &turn);
             let gradients = decoded.measurement.narrow(1, row, 1).sum().backward();
             let of = |input: &Tensor<2>, width: usize| {
                 input.grad(&gradients).map_or_else(|| vec![0.0; width], numbers)
             };
             d_latent.extend(of(&latent, layout.dimension()));
-            d_conditioning.extend(of(&conditioning, CONDITIONING));
+            d_conditioning.extend(of(&conditioning, x.len()));
+            d_source.extend(source.iter().flat_map(|source| of(source, self.architecture.measurement)));
         }
-        (d_latent, d_conditioning)
+        [d_latent, d_conditioning, d_source]
     }
 
     fn pixels(&self, coefficients: &[f32]) -> Vec<f32> {

@@ -142,8 +142,13 @@ impl UnseenTable {
         methods.iter().map(row).collect()
     }
 
-    /// The table of the rows of all seeds.
-    pub fn of(&self, seeds: &[Seed], runs: Vec<Run>) -> Result<Table, TableError> {
-        Table::new(self.name, self.methods, self.reference, self.metrics, seeds, runs)
+    /// The table of the rows of all seeds, the latents' row under the name of the model's kind.
+    pub fn of(&self, latents: &str, seeds: &[Seed], mut runs: Vec<Run>) -> Result<Table, TableError> {
+        for run in runs.iter_mut().filter(|run| run.method == LATENTS) {
+            latents.clone_into(&mut run.method);
+        }
+        let methods: Vec<&str> =
+            self.methods.iter().map(|&method| if method == LATENTS { latents } else { method }).collect();
+        Table::new(self.name, &methods, self.reference, self.metrics, seeds, runs)
     }
 }

@@ -10,23 +10,19 @@ use crate::onnx::Signature;
 use crate::onnx::build::GraphBuilder;
 use crate::role::{Kind, Role, Sizes};
 use encoder::{encoder, trunk};
-use jacobian::decoder_jacobian;
+use jacobian::jacobian;
 use vantage_dataset::crop::CROP_SIDE;
 
 /// The graphs that are written of a model; a latent that does not turn leaves the Jacobian to differences.
 pub(crate) fn roles(architecture: &Architecture) -> Vec<Role> {
-    match architecture.kind() {
-        Kind::ViewpointDependent => {
-            let jacobian = (architecture.latent.pairs() > 0).then_some(Role::DecoderJacobian);
-            [Role::Encoder, Role::Measurement, Role::Decoder]
-                .into_iter()
-                .chain(jacobian)
-                .chain([Role::Image])
-                .collect()
-        }
-        Kind::ViewpointPredictive => vec![Role::Encoder, Role::Measurement, Role::Predictor, Role::Image],
-        Kind::Embedding => vec![Role::Encoder],
-    }
+    let (decoder, jacobian) = match architecture.kind() {
+        Kind::ViewpointDependent => (Role::Decoder, Role::DecoderJacobian),
+        Kind::ViewpointPredictive => (Role::Predictor, Role::PredictorJacobian),
+        Kind::Embedding => return vec![Role::Encoder],
+    };
+    let jacobian = (architecture.latent.pairs() > 0).then_some(jacobian);
+    let always = [Role::Encoder, Role::Measurement, decoder];
+    always.into_iter().chain(jacobian).chain([Role::Image]).collect()
 }
 
 /// The tensors of a role.
@@ -47,11 +43,9 @@ pub(crate) fn graph(role: Role, weights: &Weights) -> Vec<u8> {
         Role::Encoder => encoder(&mut b, weights),
         Role::Decoder | Role::Predictor => {
             let hidden = decoder(&mut b, weights).hidden;
-            let output = if role == Role::Decoder { "measurement" } else { "other_measurement" };
-            dense(&mut b, output, &hidden, &weights.decoded_measurement);
+            dense(&mut b, predicted(&weights.architecture), &hidden, &weights.decoded_measurement);
         }
-        Role::DecoderJacobian => decoder_jacobian(&mut b, weights),
-        Role::PredictorJacobian => unreachable!("not written: see roles"),
+        Role::DecoderJacobian | Role::PredictorJacobian => jacobian(&mut b, weights),
         Role::Image => {
             let hidden = decoder(&mut b, weights).hidden;
             let coefficients = dense(&mut b, "coefficients", &hidden, &weights.decoded_image);
@@ -63,6 +57,11 @@ pub(crate) fn graph(role: Role, weights: &Weights) -> Vec<u8> {
         }
     }
     b.finish()
+}
+
+/// What a graph calls the measurement that it predicts.
+fn predicted(architecture: &Architecture) -> &'static str {
+    if architecture.kind() == Kind::ViewpointPredictive { "other_measurement" } else { "measurement" }
 }
 
 /// What a graph calls its conditioning.
@@ -205,10 +204,19 @@ mod tests {
     use nalgebra::DVector;
     use vantage_dataset::{Seed, Split};
 
+    /// What an exported decoder sees beside a turned latent, or in its place.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Seen {
+        Nothing,
+        Source,
+        Class,
+    }
+
     /// Untrained networks of unusual sizes: their graphs, and what burn computes of them.
-    fn exported(decoder_sees_azimuth: bool, latent_is_class: bool) -> (Weights, Canary) {
+    fn exported(convention: Convention, decoder_sees_azimuth: bool, seen: Seen) -> (Weights, Canary) {
+        let latent_is_class = seen == Seen::Class;
         let architecture = Architecture {
-            convention: Some(Convention::AzimuthHarmonics),
+            convention: Some(convention),
             trunk: vec![4, 6],
             features: 12,
             measurement: 5,
@@ -216,7 +224,7 @@ mod tests {
             latent: LatentLayout { invariant: 3, pairs_per_harmonic: if latent_is_class { 0 } else { 2 } },
             decoder: vec![20, 9, 14],
             decoder_sees_azimuth,
-            decoder_sees_source: false,
+            decoder_sees_source: seen == Seen::Source,
             latent_is_class,
             components: 7,
         };
@@ -246,14 +254,23 @@ mod tests {
 
     #[test]
     fn every_graph_computes_what_burn_computes_derivatives_included() {
-        for (decoder_sees_azimuth, latent_is_class) in [(false, false), (true, false), (true, true)] {
-            let (weights, canary) = exported(decoder_sees_azimuth, latent_is_class);
+        let (viewpoint, change) = (Convention::AzimuthHarmonics, Convention::ObjectCentredChange);
+        for (convention, decoder_sees_azimuth, seen) in [
+            (viewpoint, false, Seen::Nothing),
+            (viewpoint, true, Seen::Nothing),
+            (viewpoint, true, Seen::Class),
+            (change, false, Seen::Nothing),
+            (change, false, Seen::Source),
+            (change, true, Seen::Source),
+        ] {
+            let (weights, canary) = exported(convention, decoder_sees_azimuth, seen);
             assert_eq!(canary.cases.len(), 2 * roles(&weights.architecture).len());
             for case in &canary.cases {
                 let inputs: Vec<_> = case.inputs.iter().map(Vec::as_slice).collect();
                 let outputs = loaded(case.role, &weights).run(&inputs).unwrap();
                 for (got, expected) in outputs.iter().zip(&case.outputs) {
-                    assert!(expected.iter().any(|number| number.abs() > 1e-3), "{:?}", case.role);
+                    let told = seen == Seen::Source || case.role != Role::PredictorJacobian;
+                    assert!(!told || expected.iter().any(|number| number.abs() > 1e-3), "{:?}", case.role);
                     let worst = deviation(got, expected);
                     assert!(worst < TOLERANCE, "{:?}: {worst}", case.role);
                 }
@@ -266,7 +283,7 @@ mod tests {
         let view = &synthetic::views(Split::Train, 1, 1, 3).views[0].viewpoint;
         let narrowed = |numbers: &[f64]| numbers.iter().map(|&number| number as f32).collect::<Vec<_>>();
         for decoder_sees_azimuth in [false, true] {
-            let (weights, _) = exported(decoder_sees_azimuth, false);
+            let (weights, _) = exported(Convention::AzimuthHarmonics, decoder_sees_azimuth, Seen::Nothing);
             let layout = weights.architecture.latent;
             let latent = DVector::from_fn(layout.dimension(), |i, _| libm::cos(i as f64));
             let decoder = loaded(Role::Decoder, &weights);
