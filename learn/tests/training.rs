@@ -7,10 +7,10 @@ mod support;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use support::{synthetic, tiny_model, tiny_spec, tiny_training, training_views, validation_views};
-use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_dataset::{Crop, Seed, Split, ViewSet};
 use vantage_learn::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, Training,
-    TrainingSpec, train,
+    TrainingSpec, ViewpointModel, train,
 };
 
 fn refused(training: &ViewSet, validation: &ViewSet, spec: &TrainingSpec) -> TrainError {
@@ -126,6 +126,25 @@ fn a_non_finite_loss_stops_the_training_and_keeps_the_log() {
 }
 
 #[test]
+fn a_share_of_black_crops_does_no_more_than_teach_nothing() {
+    let mut training = training_views();
+    training.views.iter_mut().step_by(3).for_each(|view| view.crop = Crop::black());
+    let folder = tempfile::tempdir().unwrap();
+    let asked = Training {
+        training: &training,
+        validation: &validation_views(),
+        spec: &tiny_spec(),
+        seed: Seed(0),
+        provenance: &BTreeMap::new(),
+        folder: folder.path(),
+        trunks: None,
+    };
+    train(asked, &mut |_| ControlFlow::Continue(())).unwrap();
+    let model = ViewpointModel::load(folder.path()).unwrap();
+    assert!(model.measure(&Crop::black()).unwrap().iter().all(|number| number.is_finite()));
+}
+
+#[test]
 fn views_that_cannot_train_are_refused() {
     let (training, validation) = (training_views(), validation_views());
     let spec = tiny_spec();
@@ -144,6 +163,13 @@ fn views_that_cannot_train_are_refused() {
 
     let single = synthetic::views(Split::Train, 5, 1, 1);
     assert!(matches!(refused(&single, &validation, &spec), TrainError::TooFewInstances { got: 0, .. }));
+
+    let alone = synthetic::views(Split::Train, 1, 8, 1);
+    assert!(matches!(refused(&alone, &validation, &spec), TrainError::TooFewInstances { got: 1, .. }));
+    let mut black = training.clone();
+    black.views.iter_mut().for_each(|view| view.crop = Crop::black());
+    let error = refused(&black, &validation, &spec);
+    assert!(matches!(error, TrainError::SameCrops { split: Split::Train }), "{error}");
 
     let few = synthetic::views(Split::Validation, 2, 4, 3);
     assert!(matches!(

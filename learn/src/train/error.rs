@@ -48,6 +48,14 @@ pub enum TrainError {
         /// Index of the view.
         view: usize,
     },
+    /// Crops that tell nothing apart.
+    #[error(
+        "all crops of the {split:?} views are the same, such as black: look at them, and at what made them"
+    )]
+    SameCrops {
+        /// Split of the views.
+        split: Split,
+    },
     /// A view of an instance that the set does not list.
     #[error("view {view} of the {split:?} views is of instance {got}, of {instances} listed")]
     Instance {

@@ -60,6 +60,9 @@ impl<'a> Views<'a> {
                 return Err(TrainError::Instance { split, view: index, got, instances });
             }
         }
+        if set.views.len() > 1 && set.views.windows(2).all(|pair| pair[0].crop == pair[1].crop) {
+            return Err(TrainError::SameCrops { split });
+        }
         let (mut viewpoints, found) = match spec.objective {
             Objective::ViewpointPredictive => dead_reckoned(set, split)?,
             _ => known(set),
