@@ -141,11 +141,7 @@ def run_onnxruntime(model):
 
 
 def lines(command, threads):
-    # Threads that spin while they wait would take the time of what is measured.
-    environment = {
-        **os.environ, "RAYON_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads),
-        "OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "0",
-    }
+    environment = {**os.environ, "RAYON_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
     out = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
     return {name: float(number) for name, number in (line.split() for line in out.splitlines())}
 

@@ -3,15 +3,15 @@
 #
 #   learn/benches/peers.sh [FOLDER [ROUNDS]]
 #
-# FOLDER (out/peers-learn) takes a virtual environment. Needs Python 3 with venv.
+# FOLDER (out/peers-learn) takes a virtual environment. Needs Python 3 with venv, and a quiet machine: PyTorch's threads spin while
+# they wait, so that another program costs them far more than ours.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=${1:-out/peers-learn}
 mkdir -p "$folder"
 if [ ! -x "$folder/venv/bin/python" ]; then
     python3 -m venv "$folder/venv"
-    "$folder/venv/bin/pip" install --quiet torch==2.9.1 --index-url https://download.pytorch.org/whl/cpu
-    "$folder/venv/bin/pip" install --quiet onnxruntime==1.23.2 numpy
+    "$folder/venv/bin/pip" install --quiet torch==2.15.0 onnxruntime==1.31.1 numpy
 fi
 cargo build --release --locked --quiet -p vantage-learn --example speed
 speed="${CARGO_TARGET_DIR:-target}/release/examples/speed"
