@@ -1,5 +1,6 @@
 //! The study file: models that are trained on the views of one scene, each in its own way, and compared.
 
+use crate::pipeline::{MEAN_VIEW, PIXELS};
 use crate::scene_file::is_file_name;
 use garde::Validate;
 use serde::{Deserialize, Serialize};
@@ -91,6 +92,10 @@ fn merge(into: &mut Value, from: &Value) {
 }
 
 fn differ(variants: &[Variant], _: &()) -> garde::Result {
+    if let Some(floor) = variants.iter().find(|variant| [PIXELS, MEAN_VIEW].contains(&variant.name.as_str()))
+    {
+        return Err(garde::Error::new(format!("{:?} is the name of a floor's row", floor.name)));
+    }
     let mut names = BTreeSet::new();
     match variants.iter().find(|variant| !names.insert(&variant.name)) {
         Some(twice) => Err(garde::Error::new(format!("{:?} is there twice", twice.name))),
@@ -122,6 +127,9 @@ mod tests {
 
     #[test]
     fn wrong_settings_and_doubled_names_are_refused() {
+        let error =
+            parse::<StudyFile>(&GOOD.replace("name: b", "name: mean_view"), Path::new("x")).unwrap_err();
+        assert!(error.to_string().contains("floor"), "{error}");
         let study: StudyFile = parse(&GOOD.replace("source", "sauce"), Path::new("x")).unwrap();
         let error = study.variants[1].training(&TrainingSpec::default()).unwrap_err().to_string();
         assert!(error.contains("variant b") && error.contains("sauce"), "{error}");

@@ -56,8 +56,9 @@ pub struct PredictiveSpec {
     /// Which views make pairs.
     #[garde(skip)]
     pub pairs: Pairs,
-    /// Share of predictions that see the reduced measurement of the first view beside the latent, as Eq. 15 has it.
-    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    /// Share of predictions that see the reduced measurement of the first view beside the latent, as Eq. 15 has it. Less than 1, since
+    /// calibration, scores and the estimator ask without a first view.
+    #[garde(range(min = 0.0, max = 0.9), custom(not_nan))]
     pub source: f64,
 }
 

@@ -179,6 +179,7 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
     let factors: Vec<_> =
         set.views[..2].iter().map(|view| viewing.encode_view(&view.crop, &view.viewpoint).unwrap()).collect();
     let variance = factors[0].variance[0];
+    assert!((variance - 4f64.exp()).abs() < 1e-3, "{variance}");
     assert!(factors.iter().all(|factor| (&factor.variance - &factors[0].variance).norm() < 1e-9));
     let together = LatentGaussian::posterior(12, &factors).mean;
     let product = (&factors[0].mean + &factors[1].mean) / (2.0 + variance);

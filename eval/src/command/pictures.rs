@@ -13,7 +13,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Observations, Truth};
-use vantage_slam::Row;
 
 /// Crops of an object on the sheet.
 const COLUMNS: usize = 16;
@@ -27,7 +26,8 @@ pub fn write(out: &OutputFolder, folder: &Path, scored: &Scored) -> Result<(), B
         let truth = read_truth(&episode.folder)?;
         let of_seed = folder.join(seed.0.to_string());
         let answered = answers.iter().filter(|answer| !answer.world_from_robot.is_empty());
-        let rows = answered.map(|answer| (row_name(answer.row, scored.kind), &answer.world_from_robot));
+        let rows =
+            answered.map(|answer| (row_name(answer.row, scored.semantic_row), &answer.world_from_robot));
         for (name, poses) in [("truth", &truth.world_from_robot)].into_iter().chain(rows.clone()) {
             let trajectory = Trajectory::new(observations.timestamps.clone(), poses.clone())?;
             out.write_trajectory(of_seed.join(format!("{name}.tum")), &trajectory)?;
@@ -50,7 +50,7 @@ pub fn write(out: &OutputFolder, folder: &Path, scored: &Scored) -> Result<(), B
     let curve = scored.likelihood();
     if !curve.is_empty() {
         let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
-        let likelihood = likelihood_svg(title, &[(row_name(Row::ViewpointDependent, scored.kind), curve)])?;
+        let likelihood = likelihood_svg(title, &[(scored.semantic_row, curve)])?;
         out.write(folder.join("likelihood.svg"), likelihood.as_bytes())?;
     }
     Ok(())

@@ -18,7 +18,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use vantage_dataset::{Seed, Split};
-use vantage_learn::Kind;
 
 /// All that the line gave for one scene.
 pub struct Scored {
@@ -34,8 +33,8 @@ pub struct Scored {
     pub unseen: Vec<Unseen>,
     /// Detections in all episodes.
     pub detections: usize,
-    /// What kind of model made the semantic rows.
-    pub kind: Kind,
+    /// Name of the semantic row.
+    pub semantic_row: &'static str,
 }
 
 /// Runs the line on a scene.
@@ -72,7 +71,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, scored.tables),
         detections: scored.detections,
-        kind: loaded.model.inner().manifest().kind,
+        semantic_row: tables::semantic_row(loaded.model.inner().manifest()),
         manifest,
         episodes,
         answers,

@@ -43,14 +43,14 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     manifest.took("views", started.elapsed());
     let trunks = args.cache.join(TRUNKS);
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
+    let mut floors: Vec<BTreeMap<Metric, f64>> = vec![BTreeMap::new(); TABLES.len()];
     for variant in &study.variants {
         let started = Instant::now();
         for model in variant_models(&pipeline, &study, variant, &views, &trunks)? {
             let scored = variant_scores(&pipeline, &model)?;
-            for (table, runs) in TABLES.iter().zip(&mut runs) {
-                if let Some(floor) = table.floor().filter(|_| runs.is_empty()) {
-                    let scores = mean_scores(table, &scored, floor);
-                    runs.extend(seeds.iter().map(|&seed| run(floor, seed, scores.clone())));
+            for ((table, runs), floor) in TABLES.iter().zip(&mut runs).zip(&mut floors) {
+                if let Some(name) = table.floor().filter(|_| floor.is_empty()) {
+                    *floor = mean_scores(table, &scored, name);
                 }
                 runs.push(run(&variant.name, model.seed, mean_scores(table, &scored, LATENTS)));
             }
@@ -61,7 +61,11 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let tables = TABLES
         .iter()
         .zip(runs)
-        .map(|(table, runs)| {
+        .zip(floors)
+        .map(|((table, mut runs), floor)| {
+            let of_floor =
+                |name| seeds.iter().map(|&seed| run(name, seed, floor.clone())).collect::<Vec<_>>();
+            runs.extend(table.floor().into_iter().flat_map(of_floor));
             let variants = study.variants.iter().map(|variant| variant.name.as_str());
             let names: Vec<&str> = variants.chain(table.floor()).collect();
             Table::new(table.name, &names, Some(names[0]), table.metrics(), &seeds, runs)

@@ -12,7 +12,7 @@ use crate::table::{Outcome, Run, Table};
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Seed, Truth};
-use vantage_learn::Kind;
+use vantage_learn::{Kind, Manifest as ModelManifest, Objective};
 use vantage_slam::Row;
 
 const TRAJECTORY: [Metric; 7] = [
@@ -41,7 +41,9 @@ pub fn tables(
     unseen: &[Unseen],
     model: &LoadedModel,
 ) -> Result<Tables, BenchError> {
-    let kind = model.model.inner().manifest().kind;
+    let manifest = model.model.inner().manifest();
+    let semantic = semantic_row(manifest);
+    let heading = manifest.kind == Kind::ViewpointDependent;
     let mut runs = Vec::new();
     let mut detections = 0;
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
@@ -55,35 +57,44 @@ pub fn tables(
             Err(_) => None,
         };
         for answer in answers {
-            let method = row_name(answer.row, kind).to_owned();
-            let (outcome, scores) = (answer.outcome.clone(), scores(answer, truth.as_ref())?);
+            let method = row_name(answer.row, semantic).to_owned();
+            let (outcome, scores) = (answer.outcome.clone(), scores(answer, truth.as_ref(), heading)?);
             runs.push(Run { method, seed: *seed, outcome, scores });
         }
     }
-    let methods: Vec<&str> = rows.iter().map(|&row| row_name(row, kind)).collect();
+    let methods: Vec<&str> = rows.iter().map(|&row| row_name(row, semantic)).collect();
     let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
     let trajectory = Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?;
     let mut tables = vec![trajectory];
     for table in &TABLES {
         let of = |seed: &Unseen| seed.runs.get(table.name).cloned().unwrap_or_default();
-        tables.push(table.of(
-            row_name(Row::ViewpointDependent, kind),
-            seeds,
-            unseen.iter().flat_map(of).collect(),
-        )?);
+        tables.push(table.of(semantic, seeds, unseen.iter().flat_map(of).collect())?);
     }
     Ok(Tables { tables, detections })
 }
 
-/// The semantic row is named by the model.
-pub fn row_name(row: Row, kind: Kind) -> &'static str {
-    match (row, kind) {
-        (Row::ViewpointDependent, Kind::ViewpointPredictive) => "viewpoint_predictive",
-        (row, _) => row.name(),
+/// The name of the semantic row, which is the model's.
+pub fn semantic_row(manifest: &ModelManifest) -> &'static str {
+    let trained = manifest.training.details.as_ref().map(|details| details.spec.objective);
+    match (manifest.kind, trained) {
+        (_, Some(Objective::DiscreteClass)) => "discrete_class",
+        (Kind::ViewpointPredictive, _) => "viewpoint_predictive",
+        _ => Row::ViewpointDependent.name(),
     }
 }
 
-fn scores(answer: &Answer, truth: Option<&Truth>) -> Result<BTreeMap<Metric, f64>, BenchError> {
+/// The name of a row, given that of the semantic one.
+pub fn row_name(row: Row, semantic: &'static str) -> &'static str {
+    if row == Row::ViewpointDependent { semantic } else { row.name() }
+}
+
+/// The scores of an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as
+/// a viewpoint-predictive one.
+fn scores(
+    answer: &Answer,
+    truth: Option<&Truth>,
+    heading: bool,
+) -> Result<BTreeMap<Metric, f64>, BenchError> {
     let mut scores = BTreeMap::new();
     if let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) {
         let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
@@ -96,7 +107,7 @@ fn scores(answer: &Answer, truth: Option<&Truth>) -> Result<BTreeMap<Metric, f64
             relative.translation,
             relative.rotation,
             objects.center,
-            objects.orientation,
+            objects.orientation.filter(|_| heading || !answer.row.is_semantic()),
         ];
         scores
             .extend(TRAJECTORY.into_iter().zip(values).filter_map(|(metric, value)| Some((metric, value?))));

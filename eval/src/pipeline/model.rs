@@ -53,7 +53,7 @@ pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, 
 /// Likewise, a model of any kind, and its folder.
 pub fn any_model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<(Model, PathBuf), BenchError> {
     let folder = named_or_trained(pipeline, folder)?;
-    Ok((Model::load(&folder)?, folder))
+    Ok((loaded(pipeline, &folder)?, folder))
 }
 
 fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBuf, BenchError> {
@@ -67,11 +67,27 @@ fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBu
 }
 
 fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
-    let model = Model::load(folder)?;
-    let note = |what: &str| {
-        let folder = folder.display();
-        pipeline.progress.note(&format!("note: the model in {folder} {what}; it is scored as it is"));
+    let model = loaded(pipeline, folder)?;
+    let (hash, kind) = (model.hash().to_owned(), model.manifest().kind);
+    let model = TractModel::new(model)
+        .ok_or_else(|| BenchError::NotViewing { folder: folder.to_owned(), kind })?
+        .map_err(vantage_slam::EstimateError::from)?;
+    let jacobian = match kind {
+        Kind::ViewpointPredictive => Role::PredictorJacobian,
+        _ => Role::DecoderJacobian,
     };
+    if !model.inner().manifest().graphs.contains_key(&jacobian) {
+        let what =
+            format!("has no graph {jacobian}: derivatives are by central differences, many times slower");
+        note(pipeline, folder, &what);
+    }
+    Ok(LoadedModel { hash, model, folder: folder.to_owned() })
+}
+
+/// A model of any kind, with a note where its views were others than the scene's.
+fn loaded(pipeline: &Pipeline, folder: &Path) -> Result<Model, BenchError> {
+    let model = Model::load(folder)?;
+    let note = |what: &str| note(pipeline, folder, what);
     match model.manifest().training.provenance.get(VIEW_CONDITIONS) {
         None => note("does not say what views it was trained on"),
         Some(views) if *views != scene_file::hash(&pipeline.scene.view_conditions())? => note(
@@ -79,16 +95,10 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
         ),
         Some(_) => {}
     }
-    let jacobian = match model.manifest().kind {
-        Kind::ViewpointPredictive => Role::PredictorJacobian,
-        _ => Role::DecoderJacobian,
-    };
-    if !model.manifest().graphs.contains_key(&jacobian) {
-        note(&format!("has no graph {jacobian}: derivatives are by central differences, many times slower"));
-    }
-    let (hash, kind) = (model.hash().to_owned(), model.manifest().kind);
-    let model = TractModel::new(model)
-        .ok_or_else(|| BenchError::NotViewing { folder: folder.to_owned(), kind })?
-        .map_err(vantage_slam::EstimateError::from)?;
-    Ok(LoadedModel { hash, model, folder: folder.to_owned() })
+    Ok(model)
+}
+
+fn note(pipeline: &Pipeline, folder: &Path, what: &str) {
+    let folder = folder.display();
+    pipeline.progress.note(&format!("note: the model in {folder} {what}; it is scored as it is"));
 }

@@ -23,10 +23,11 @@ const TEMPERATURE: f64 = 0.1;
 const LEAST_SQUARE: f64 = 1e-12;
 
 /// Cross-entropy of the change of azimuth between any two views of a session, over bins: of answers of [`LAYOUT`],
-/// `together` of each session one after the other.
+/// `together` of each session one after the other; `views` are their indices.
 pub(crate) fn loss(
     answers: Tensor<2>,
     azimuths: impl ExactSizeIterator<Item = f64>,
+    views: &[usize],
     together: usize,
     device: &Device,
 ) -> Tensor<1> {
@@ -67,9 +68,12 @@ pub(crate) fn loss(
     // In the session's frame no change is the right one; the bins of changes are centred where those of angles begin.
     let right = soft_labels([PI / BINS as f64].into_iter(), device);
     let cross_entropy = (log_softmax(agreement / TEMPERATURE, 1) * right).sum_dim(1).neg();
-    let others = |index: usize| f32::from(u8::from(!(index % squared).is_multiple_of(together + 1)));
-    let others = table((0..sessions * squared).map(others).collect(), sessions * squared, device);
-    (cross_entropy * others).sum() / (sessions * (squared - together)) as f64
+    // A session with fewer views than `together` has some of them more than once.
+    let others = views.chunks_exact(together).flat_map(|session| {
+        session.iter().flat_map(|a| session.iter().map(move |b| f32::from(u8::from(a != b))))
+    });
+    let others = table(others.collect(), sessions * squared, device);
+    (cross_entropy * others.clone()).sum() / others.sum()
 }
 
 #[cfg(test)]
@@ -91,7 +95,8 @@ mod tests {
 
     fn cost(seen: &[f64], told: &[f64]) -> f64 {
         let device = Device::flex();
-        scalar(&loss(table(answers(seen), seen.len(), &device), told.iter().copied(), 3, &device))
+        let views: Vec<usize> = (0..seen.len()).collect();
+        scalar(&loss(table(answers(seen), seen.len(), &device), told.iter().copied(), &views, 3, &device))
     }
 
     #[test]

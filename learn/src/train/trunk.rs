@@ -136,7 +136,7 @@ impl TrunkData<'_> {
                 let answer = network.answer(m);
                 let upright = answer.clone().narrow(1, 0, UPRIGHT);
                 let azimuths = batch.iter().map(|&view| views.azimuth(view));
-                (changes::loss(answer, azimuths, TOGETHER, self.device), upright, uprights())
+                (changes::loss(answer, azimuths, batch, TOGETHER, self.device), upright, uprights())
             }
             Task::Motion => {
                 let both = vec![m.clone().narrow(0, 0, half), m.narrow(0, half, half)];

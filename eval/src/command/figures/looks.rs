@@ -43,6 +43,11 @@ impl<'a> Looks<'a> {
         Ok(Self { set, model, factors: set.views.iter().map(encode).collect::<Result<_, _>>()? })
     }
 
+    /// Whether any object has views of both kinds.
+    pub(super) fn any(&self) -> bool {
+        !self.objects().is_empty()
+    }
+
     /// The first instance of each of some families, spread over all of them, that has views of both kinds.
     fn objects(&self) -> Vec<Parts<'_>> {
         let mut families: Vec<&str> = Vec::new();

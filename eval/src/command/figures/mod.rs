@@ -31,11 +31,17 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     match model.viewing() {
         Some(viewing) => {
             let looks = Looks::new(&set, &*viewing)?;
-            match looks.predictions()? {
-                Some(png) => drawn.push(("predictions.png", png)),
-                None => pipeline.progress.note("note: no predictions.png: the model has no graph image"),
+            if looks.any() {
+                match looks.predictions()? {
+                    Some(png) => drawn.push(("predictions.png", png)),
+                    None => pipeline.progress.note("note: no predictions.png: the model has no graph image"),
+                }
+                drawn.push(("viewpoints.png", looks.viewpoints()?));
+            } else {
+                pipeline.progress.note(
+                    "note: no predictions.png and viewpoints.png: no object has views of two sessions (views.sessions)",
+                );
             }
-            drawn.push(("viewpoints.png", looks.viewpoints()?));
         }
         None => pipeline.progress.note(
             "note: no predictions.png and viewpoints.png: the model does not know looks from viewpoints",
