@@ -35,7 +35,7 @@ pub struct Manifest {
     pub renderer: Renderer,
     /// What computed.
     pub host: Host,
-    /// The command line.
+    /// The command line, without the program's folder.
     pub command: Vec<String>,
     /// Options after defaults, by name.
     pub options: serde_json::Value,
@@ -89,7 +89,7 @@ impl Manifest {
             seeds: seeds.iter().map(|seed| seed.0).collect(),
             renderer: Renderer::default(),
             host: Host::this(),
-            command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+            command: command_line(),
             options: serde_json::Value::Null,
             seconds: Vec::new(),
         }
@@ -104,6 +104,17 @@ impl Manifest {
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
+}
+
+/// Where the program lies differs from machine to machine, and may tell a user's name.
+fn command_line() -> Vec<String> {
+    let mut arguments: Vec<_> = std::env::args_os().collect();
+    if let Some(program) = arguments.first_mut()
+        && let Some(name) = Path::new(program).file_name()
+    {
+        *program = name.to_owned();
+    }
+    arguments.into_iter().map(|argument| argument.to_string_lossy().into_owned()).collect()
 }
 
 impl Commit {
@@ -156,7 +167,8 @@ mod tests {
         assert_eq!(json["seconds"], serde_json::json!([["simulate", 1.5]]));
         assert_eq!(json["lock_hash"].as_str().unwrap().len(), 64);
         assert!(json["host"]["threads"].as_u64().unwrap() >= 1);
-        assert!(!json["command"][0].as_str().unwrap().is_empty());
+        let program = json["command"][0].as_str().unwrap();
+        assert!(!program.is_empty() && !program.contains(std::path::MAIN_SEPARATOR), "{program}");
     }
 
     #[test]

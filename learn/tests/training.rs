@@ -6,6 +6,7 @@ mod support;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::path::Path;
 use support::{synthetic, tiny_model, tiny_spec, tiny_training, training_views, validation_views};
 use vantage_dataset::{Crop, Seed, Split, ViewSet};
 use vantage_learn::{
@@ -13,13 +14,20 @@ use vantage_learn::{
     TrainingSpec, ViewpointModel, train,
 };
 
+fn trained(
+    training: &ViewSet,
+    validation: &ViewSet,
+    spec: &TrainingSpec,
+    folder: &Path,
+) -> Result<(), TrainError> {
+    let provenance = &BTreeMap::new();
+    let asked = Training { training, validation, spec, seed: Seed(0), provenance, folder, trunks: None };
+    train(asked, &mut |_| ControlFlow::Continue(()))
+}
+
 fn refused(training: &ViewSet, validation: &ViewSet, spec: &TrainingSpec) -> TrainError {
     let folder = tempfile::tempdir().unwrap();
-    let mut progress = |_: &Progress| ControlFlow::Continue(());
-    let (provenance, folder_path) = (&BTreeMap::new(), folder.path());
-    let training =
-        Training { training, validation, spec, seed: Seed(0), provenance, folder: folder_path, trunks: None };
-    let result = train(training, &mut progress);
+    let result = trained(training, validation, spec, folder.path());
     assert!(!folder.path().join(MANIFEST).exists());
     result.unwrap_err()
 }
@@ -105,17 +113,7 @@ fn a_non_finite_loss_stops_the_training_and_keeps_the_log() {
         view.viewpoint.log_distance = 1e30;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut progress = |_: &Progress| ControlFlow::Continue(());
-    let asked = Training {
-        training: &training,
-        validation: &validation_views(),
-        spec: &tiny_spec(),
-        seed: Seed(0),
-        provenance: &BTreeMap::new(),
-        folder: folder.path(),
-        trunks: None,
-    };
-    let result = train(asked, &mut progress);
+    let result = trained(&training, &validation_views(), &tiny_spec(), folder.path());
     let Err(TrainError::NonFiniteLoss { stage: Stage::Trunk, step, loss, log }) = result else {
         panic!("{result:?}");
     };
@@ -130,16 +128,7 @@ fn a_training_with_a_share_of_black_crops_ends_with_a_model_that_answers_to_blac
     let mut training = training_views();
     training.views.iter_mut().step_by(3).for_each(|view| view.crop = Crop::black());
     let folder = tempfile::tempdir().unwrap();
-    let asked = Training {
-        training: &training,
-        validation: &validation_views(),
-        spec: &tiny_spec(),
-        seed: Seed(0),
-        provenance: &BTreeMap::new(),
-        folder: folder.path(),
-        trunks: None,
-    };
-    train(asked, &mut |_| ControlFlow::Continue(())).unwrap();
+    trained(&training, &validation_views(), &tiny_spec(), folder.path()).unwrap();
     let model = ViewpointModel::load(folder.path()).unwrap();
     model.measure(&Crop::black()).unwrap();
 }
