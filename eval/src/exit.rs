@@ -165,6 +165,16 @@ pub enum BenchError {
         /// Its kind.
         kind: Kind,
     },
+    /// A scene whose own model would be one that the estimator can do nothing with.
+    #[error(
+        "scene {scene}: training.model describes a model that does not tell what an object looks like from a viewpoint; the estimator needs \
+         the objective viewpoint_dependent, discrete_class, or viewpoint_predictive with the object's centre and pairs that turn. \
+         `bench train` and `bench study` take any"
+    )]
+    NotViewed {
+        /// Its name.
+        scene: String,
+    },
     /// A cached answer is not what was written.
     #[error("{}: {reason}; remove the cache entry and run again", path.display())]
     StoredAnswers {
@@ -257,6 +267,7 @@ impl BenchError {
             | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
+            | BenchError::NotViewed { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]

@@ -27,15 +27,34 @@ pub struct StudyFile {
     #[garde(length(min = 1, max = 1000))]
     pub purpose: String,
     /// The scene, relative to the study: its views train and score the models, its `training.model` is what variants
-    /// differ from, its `evaluation.seeds` are the sets of test instances.
+    /// differ from.
     #[garde(skip)]
     pub scene: PathBuf,
+    /// What models are scored on.
+    #[serde(default)]
+    #[garde(skip)]
+    pub scored: Scored,
     /// Each variant is trained so often, with seeds from 1 on.
     #[garde(range(min = 1, max = 100))]
     pub seeds: u64,
     /// The variants; the first is what the others are compared with.
     #[garde(length(min = 1, max = 200), dive, custom(differ))]
     pub variants: Vec<Variant>,
+}
+
+/// What models are scored on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scored {
+    /// A set of test instances for each of the scene's `evaluation.seeds`.
+    #[default]
+    Test,
+    /// The validation instances, where settings are chosen by the scores. They calibrate the noise, too, so that the table of
+    /// calibration promises too much.
+    Validation,
+    /// Instances that were trained on, as many as the scene has in a set of test instances, from viewpoints that were not: of each
+    /// of their sessions every fourth view is left out of the training.
+    Known,
 }
 
 /// One way to train a model.
@@ -118,6 +137,7 @@ mod tests {
     fn variants_differ_from_the_base_where_they_say_so() {
         let study: StudyFile = parse(GOOD, Path::new("x")).unwrap();
         let base = TrainingSpec { steps: 7, ..TrainingSpec::default() };
+        assert_eq!(study.scored, Scored::Test);
         assert_eq!(study.variants[0].training(&base).unwrap(), base);
         let other = study.variants[1].training(&base).unwrap();
         assert_eq!((other.objective, other.steps), (Objective::ViewpointPredictive, 7));

@@ -2,7 +2,7 @@
 
 use crate::latent::LatentLayout;
 use crate::role::{Convention, Kind};
-use crate::spec::{Motion, Objective, TrainingSpec};
+use crate::spec::{Objective, TrainingSpec};
 use serde::{Deserialize, Serialize};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 
@@ -56,23 +56,9 @@ pub struct Architecture {
 impl Architecture {
     /// The networks that a training asks for; `None` where its latent is too small.
     pub fn new(spec: &TrainingSpec) -> Option<Self> {
-        let convention = match (spec.objective, spec.predictive.motion) {
-            (Objective::ViewpointDependent | Objective::DiscreteClass, _) => {
-                Some(Convention::AzimuthHarmonics)
-            }
-            (Objective::ViewpointPredictive, Motion::ObjectCentred | Motion::TrueObjectCentred) => {
-                Some(Convention::ObjectCentredChange)
-            }
-            (Objective::ViewpointPredictive, Motion::Camera) => Some(Convention::CameraMotion),
-            (Objective::Autoencoder | Objective::Contrastive, _) => None,
-        };
+        let convention = spec.convention();
         let turns = convention.is_some_and(Convention::turns);
-        let latent_is_class = spec.objective == Objective::DiscreteClass;
-        let latent = if spec.steerable && turns && !latent_is_class {
-            LatentLayout::with_dimension(spec.latent_dim)?
-        } else {
-            LatentLayout { invariant: spec.latent_dim, pairs_per_harmonic: 0 }
-        };
+        let latent = LatentLayout::new(spec.latent_dim, spec.turning_pairs())?;
         Some(Self {
             convention,
             trunk: vec![24, 48, 96],
@@ -80,10 +66,10 @@ impl Architecture {
             measurement: spec.measurement_dim,
             encoder: vec![256, 256],
             latent,
-            latent_is_class,
+            latent_is_class: spec.objective == Objective::DiscreteClass,
             decoder: vec![256, 256],
             decoder_sees_azimuth: convention == Some(Convention::AzimuthHarmonics)
-                || (turns && !spec.steerable),
+                || (turns && latent.pairs() == 0),
             decoder_sees_source: spec.objective == Objective::ViewpointPredictive
                 && spec.predictive.source > 0.0,
             components: 96,

@@ -42,14 +42,10 @@ pub struct LatentLayout {
 }
 
 impl LatentLayout {
-    /// The smallest latent with one pair of each harmonic and something that does not turn.
-    pub const SMALLEST: usize = 2 * HARMONICS + 1;
-
-    /// The layout of a latent of `dimension` numbers, about a fifth of which do not turn (28 of 128).
+    /// The layout of a latent of `dimension` numbers.
     ///
-    /// `None` below [`LatentLayout::SMALLEST`].
-    pub fn with_dimension(dimension: usize) -> Option<Self> {
-        let pairs_per_harmonic = (dimension / 12).max(1);
+    /// `None` where the pairs leave nothing that does not turn.
+    pub fn new(dimension: usize, pairs_per_harmonic: usize) -> Option<Self> {
         let invariant = dimension.checked_sub(2 * HARMONICS * pairs_per_harmonic)?;
         (invariant > 0).then_some(Self { invariant, pairs_per_harmonic })
     }
@@ -134,20 +130,19 @@ mod tests {
     }
 
     #[test]
-    fn the_default_latent_has_28_invariant_numbers_and_ten_pairs_a_harmonic() {
-        let layout = LatentLayout::with_dimension(128).unwrap();
+    fn pairs_leave_the_rest_of_a_latent_invariant() {
+        let layout = LatentLayout::new(128, 10).unwrap();
         assert_eq!(layout, LatentLayout { invariant: 28, pairs_per_harmonic: 10 });
         assert_eq!(layout.harmonic(0), 1);
         assert_eq!(layout.harmonic(49), 5);
-        for dimension in LatentLayout::SMALLEST..200 {
-            assert_eq!(LatentLayout::with_dimension(dimension).unwrap().dimension(), dimension);
-        }
-        assert_eq!(LatentLayout::with_dimension(LatentLayout::SMALLEST - 1), None);
+        assert_eq!(LatentLayout::new(7, 0).unwrap().dimension(), 7);
+        assert_eq!(LatentLayout::new(11, 1).unwrap().dimension(), 11);
+        assert_eq!(LatentLayout::new(10, 1), None);
     }
 
     #[test]
     fn turning_is_orthogonal_and_adds_up() {
-        let layout = LatentLayout::with_dimension(40).unwrap();
+        let layout = LatentLayout::new(40, 3).unwrap();
         let e = latent(layout);
         let turned = layout.turned(&e, 0.8);
         assert_relative_eq!(turned.norm(), e.norm(), epsilon = 1e-12);
@@ -159,7 +154,7 @@ mod tests {
 
     #[test]
     fn what_is_steady_does_not_turn_and_without_a_layout_it_is_everything() {
-        let layout = LatentLayout::with_dimension(40).unwrap();
+        let layout = LatentLayout::new(40, 3).unwrap();
         let e = latent(layout);
         let steady = DVector::from_vec(layout.steady(&e));
         assert_eq!(steady.len(), layout.invariant);

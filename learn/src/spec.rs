@@ -1,9 +1,10 @@
 //! `model`: what is trained, and how.
 
-use crate::latent::LatentLayout;
+use crate::role::Convention;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::viewpoint::HARMONICS;
 
 /// What a training minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -46,6 +47,17 @@ pub enum Pairs {
     Adjacent,
 }
 
+/// How the instance term ties a latent `e` to its instance `beta`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InstanceTerm {
+    /// `P(e | beta)` of Eq. 14: pulls the latents of an instance together.
+    Likelihood,
+    /// `P(beta | e)` of Eq. 13, normalised over the training instances: also pushes those of others apart.
+    #[default]
+    Posterior,
+}
+
 /// The viewpoint-predictive model's own settings. Every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
@@ -74,7 +86,8 @@ pub struct ClassSpec {
     pub sigma: f64,
 }
 
-/// A training. Every field has a default.
+/// A training. Every field has a default; those of latent and instance term were chosen on validation instances
+/// (`studies/choice.yaml`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingSpec {
@@ -82,10 +95,10 @@ pub struct TrainingSpec {
     #[garde(skip)]
     #[serde(skip_serializing_if = "is_default")]
     pub objective: Objective,
-    /// Whether part of the latent turns with the azimuth. If not, none of it does.
-    #[garde(skip)]
-    #[serde(skip_serializing_if = "is_true")]
-    pub steerable: bool,
+    /// Pairs of numbers of the latent that turn with each of the five harmonics of the azimuth; the others do not turn. With 0
+    /// none does. Models that are told of no azimuth have none.
+    #[garde(custom(leaves_invariant(self)))]
+    pub pairs_per_harmonic: usize,
     /// Of the viewpoint-predictive model.
     #[garde(dive)]
     #[serde(skip_serializing_if = "is_default")]
@@ -117,7 +130,7 @@ pub struct TrainingSpec {
     #[garde(range(min = 1e-7, max = 1.0), custom(not_nan))]
     pub learning_rate: f64,
     /// Numbers in the latent vector of an object; at least the number of classes where that is one.
-    #[garde(range(min = LatentLayout::SMALLEST, max = 1024))]
+    #[garde(range(min = 1, max = 1024))]
     pub latent_dim: usize,
     /// Numbers in the reduced measurement of a crop.
     #[garde(range(min = 1, max = 256))]
@@ -125,12 +138,14 @@ pub struct TrainingSpec {
     /// Weight of the image's likelihood beside that of the reduced measurement.
     #[garde(range(min = 0.0, max = 100.0), custom(not_nan))]
     pub image_weight: f64,
+    /// What the instance term is.
+    #[garde(skip)]
+    pub instance_term: InstanceTerm,
     /// Standard deviation of an instance's latents around its mean (Eq. 14), invariant part only.
     #[garde(range(min = 1e-3, max = 1e3), custom(not_nan))]
     pub instance_sigma: f64,
     /// Weight of the instance term; 0 leaves it out.
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan))]
-    #[serde(skip_serializing_if = "is_one")]
     pub instance_weight: f64,
     /// Steps between two checkpoints, from which an interrupted training goes on.
     #[garde(range(min = 1, max = 1_000_000))]
@@ -153,7 +168,7 @@ impl Default for TrainingSpec {
     fn default() -> Self {
         Self {
             objective: Objective::default(),
-            steerable: true,
+            pairs_per_harmonic: 2,
             predictive: PredictiveSpec::default(),
             class: None,
             trunk_steps: 2000,
@@ -166,10 +181,43 @@ impl Default for TrainingSpec {
             latent_dim: 128,
             measurement_dim: 32,
             image_weight: 1.0,
-            instance_sigma: 1.0,
-            instance_weight: 1.0,
+            instance_term: InstanceTerm::default(),
+            instance_sigma: 0.5,
+            instance_weight: 16.0,
             checkpoint_every: 250,
         }
+    }
+}
+
+impl TrainingSpec {
+    /// What the networks are told of viewpoints, if anything.
+    pub(crate) fn convention(&self) -> Option<Convention> {
+        match (self.objective, self.predictive.motion) {
+            (Objective::ViewpointDependent | Objective::DiscreteClass, _) => {
+                Some(Convention::AzimuthHarmonics)
+            }
+            (Objective::ViewpointPredictive, Motion::ObjectCentred | Motion::TrueObjectCentred) => {
+                Some(Convention::ObjectCentredChange)
+            }
+            (Objective::ViewpointPredictive, Motion::Camera) => Some(Convention::CameraMotion),
+            (Objective::Autoencoder | Objective::Contrastive, _) => None,
+        }
+    }
+
+    /// Whether the model tells what an object looks like from a viewpoint, as scores of viewpoints and estimators need it:
+    /// see [`Model::viewing`](crate::Model::viewing).
+    pub fn is_viewing(&self) -> bool {
+        match self.objective {
+            Objective::ViewpointDependent | Objective::DiscreteClass => true,
+            Objective::ViewpointPredictive => self.turning_pairs() > 0,
+            Objective::Autoencoder | Objective::Contrastive => false,
+        }
+    }
+
+    /// Pairs of the latent for each harmonic: none where it is a class, or where no azimuth is told.
+    pub(crate) fn turning_pairs(&self) -> usize {
+        let turns = self.convention().is_some_and(Convention::turns);
+        if turns && self.objective != Objective::DiscreteClass { self.pairs_per_harmonic } else { 0 }
     }
 }
 
@@ -178,12 +226,15 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-fn is_true(value: &bool) -> bool {
-    *value
-}
-
-fn is_one(value: &f64) -> bool {
-    *value == 1.0
+fn leaves_invariant(spec: &TrainingSpec) -> impl FnOnce(&usize, &()) -> garde::Result + '_ {
+    move |pairs, ()| {
+        let (latent, least) =
+            (spec.latent_dim, spec.turning_pairs().saturating_mul(2 * HARMONICS).saturating_add(1));
+        if latent >= least {
+            return Ok(());
+        }
+        Err(garde::Error::new(format!("latent_dim is {latent}: with {pairs} it has to be at least {least}")))
+    }
 }
 
 fn not_nan(value: &f64, _: &()) -> garde::Result {
@@ -198,9 +249,9 @@ mod tests {
     fn the_default_is_valid_and_fields_are_checked() {
         let spec = TrainingSpec::default();
         spec.validate().unwrap();
-        let wrong = TrainingSpec { latent_dim: 10, learning_rate: f64::NAN, views: 0, ..spec };
+        let wrong = TrainingSpec { latent_dim: 20, learning_rate: f64::NAN, views: 0, ..spec };
         let report = wrong.validate().unwrap_err().to_string();
-        for field in ["latent_dim", "learning_rate", "views"] {
+        for field in ["pairs_per_harmonic", "21", "learning_rate", "views"] {
             assert!(report.contains(field), "{report}");
         }
     }

@@ -70,7 +70,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
     let rival = |objective| TrainingSpec { objective, ..tiny_spec() };
     let set = toured(training_views());
     for (spec, kind, viewing, steady) in [
-        (TrainingSpec { steerable: false, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
+        (TrainingSpec { pairs_per_harmonic: 0, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
         (single, Kind::ViewpointDependent, true, STEADY),
         (predictive(PredictiveSpec::default()), Kind::ViewpointPredictive, true, STEADY),
         (predictive(adjacent), Kind::ViewpointPredictive, true, STEADY),

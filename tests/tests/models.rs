@@ -50,7 +50,7 @@ fn faults_are_told_with_their_place_and_end_with_5() {
 fn with_objective(objective: &str) -> SmallScene {
     let model = format!(
         "training:\n  seed: 1\n  model: {{ objective: {objective}, trunk_steps: 2, steps: 2, batch: 4, \
-         trunk_batch: 16, measurement_dim: 8, latent_dim: 30 }}"
+         trunk_batch: 16, measurement_dim: 8, latent_dim: 30, pairs_per_harmonic: 2 }}"
     );
     let odometry = "occluder_probability: 0.5\n  odometry: { translation_per_metre: 0.03, rotation_deg_per_metre: 3, \
                     rotation_per_radian: 0.02, out_of_plane: 0.1, bias_translation_per_metre: 0, \
@@ -75,11 +75,16 @@ fn a_predictive_model_makes_the_semantic_rows_under_its_own_name() {
 #[test]
 fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let scene = with_objective("contrastive");
-    scene.run().expect(2, &["kind embedding", "bench figures"]);
+    scene.run().expect(2, &["training.model", "viewpoint_dependent"]);
+    assert!(!scene.path("cache/entries/model").exists(), "it is refused before it is trained");
     let mut figures = bench();
     figures.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
     figures.arg(scene.path("pictures")).arg("--cache").arg(scene.path("cache"));
     Finished::of(&mut figures).expect(0, &["no predictions.png"]);
     assert!(scene.path("pictures/latents.png").exists());
     assert!(!scene.path("pictures/viewpoints.png").exists());
+    let mut trained = fs::read_dir(scene.path("cache/entries/model")).expect("the trained model");
+    let trained = trained.next().expect("a model").expect("a folder").path();
+    let mut command = scene.command();
+    Finished::of(command.arg("--model").arg(trained)).expect(2, &["kind embedding", "bench figures"]);
 }

@@ -9,7 +9,7 @@ use vantage_eval::cli::RendererChoice;
 use vantage_eval::manifest::Host;
 use vantage_eval::pipeline::{Pipeline, VIEW_CONDITIONS, views};
 use vantage_eval::scene_file::{self, SceneFile};
-use vantage_learn::{Manifest, ViewpointModel, view_set_hash};
+use vantage_learn::{Manifest, Model, view_set_hash};
 use vantage_tests::root;
 
 fn scenes() -> Vec<PathBuf> {
@@ -19,7 +19,7 @@ fn scenes() -> Vec<PathBuf> {
 
 fn manifest(scene: &Path, file: &SceneFile) -> Option<Manifest> {
     let folder = scene.parent()?.join(file.training.reference.as_ref()?);
-    Some(ViewpointModel::load(&folder).unwrap().manifest().clone())
+    Some(Model::load(&folder).unwrap().manifest().clone())
 }
 
 #[test]

@@ -6,7 +6,8 @@ use crate::exit::{BenchError, Exit};
 use crate::manifest::{Manifest, Renderer};
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    Answer, EpisodeFolder, PANICKED, Pipeline, Subject, Unseen, episodes, estimates, model, unseen,
+    Answer, EpisodeFolder, PANICKED, Pipeline, Subject, Unseen, episodes, estimates, model, test_views,
+    unseen,
 };
 use crate::progress::Progress;
 use crate::render::{self, Style};
@@ -60,8 +61,13 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let answers = estimates(&pipeline, &episodes, &loaded)?;
     clock.stage("estimates");
     let viewing = loaded.model.viewing();
-    let unseen =
-        unseen(&pipeline, &seeds, Subject::Viewing(&*viewing), &loaded.hash, |set| loaded.check_set(set))?;
+    let unseen = unseen(
+        &pipeline,
+        &test_views(&pipeline, &seeds)?,
+        Subject::Viewing(&*viewing),
+        &loaded.hash,
+        |set| loaded.check_set(set),
+    )?;
     clock.stage("unseen instances");
     let scored =
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;

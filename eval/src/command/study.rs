@@ -39,7 +39,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     manifest.options = serde_json::to_value(args)?;
 
     let started = Instant::now();
-    let views = study_views(&pipeline)?;
+    let views = study_views(&pipeline, study.scored)?;
     manifest.took("views", started.elapsed());
     let trunks = args.cache.join(TRUNKS);
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
@@ -47,7 +47,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     for variant in &study.variants {
         let started = Instant::now();
         for model in variant_models(&pipeline, &study, variant, &views, &trunks)? {
-            let scored = variant_scores(&pipeline, &model)?;
+            let scored = variant_scores(&pipeline, &views, &model)?;
             for ((table, runs), floor) in TABLES.iter().zip(&mut runs).zip(&mut floors) {
                 if let Some(name) = table.floor().filter(|_| floor.is_empty()) {
                     *floor = mean_scores(table, &scored, name);

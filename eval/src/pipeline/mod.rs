@@ -25,8 +25,8 @@ pub use study::{StudyViews, VariantModel, study_views, variant_models, variant_s
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
 pub use unseen::{
-    LATENTS, Likelihood, MEAN_VIEW, OF_LATENTS, PIXELS, Subject, TABLES, Unseen, UnseenTable, UnseenTrial,
-    unseen,
+    LATENTS, Likelihood, MEAN_VIEW, OF_LATENTS, PIXELS, ScoredViews, Subject, TABLES, Unseen, UnseenTable,
+    UnseenTrial, test_views, unseen,
 };
 pub use views::views;
 

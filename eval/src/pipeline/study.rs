@@ -2,10 +2,11 @@
 
 use super::model::check_unseen;
 use super::training::{Fit, fit};
-use super::{Pipeline, Subject, Unseen, code, unseen, views};
+use super::{Pipeline, ScoredViews, Subject, Unseen, code, test_views, unseen, views};
 use crate::exit::BenchError;
 use crate::scene_file;
-use crate::study_file::{StudyFile, Variant};
+use crate::study_file::{Scored, StudyFile, Variant};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, ViewSet};
@@ -16,14 +17,23 @@ pub struct StudyViews {
     training: ViewSet,
     validation: ViewSet,
     seals: [String; 2],
+    scored: Vec<ScoredViews>,
 }
 
 /// Renders the views, where the cache has none.
-pub fn study_views(pipeline: &Pipeline) -> Result<StudyViews, BenchError> {
+pub fn study_views(pipeline: &Pipeline, scored: Scored) -> Result<StudyViews, BenchError> {
     let seed = pipeline.file.training.seed;
-    let (training, first) = views(pipeline, Split::Train, seed, &mut |_| ())?;
+    let (mut training, first) = views(pipeline, Split::Train, seed, &mut |_| ())?;
     let (validation, second) = views(pipeline, Split::Validation, seed, &mut |_| ())?;
-    Ok(StudyViews { training, validation, seals: [first, second] })
+    let scored = match scored {
+        Scored::Test => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice())?,
+        Scored::Validation => vec![ScoredViews { seed, set: validation.clone(), seal: second.clone() }],
+        Scored::Known => {
+            let set = held_out(&mut training, pipeline.scene.view_conditions().views.instances(Split::Test));
+            vec![ScoredViews { seed, set, seal: format!("held out of {first}") }]
+        }
+    };
+    Ok(StudyViews { training, validation, seals: [first, second], scored })
 }
 
 /// One model of a variant.
@@ -47,7 +57,7 @@ pub fn variant_models(
     let spec: TrainingSpec = variant.training(&pipeline.file.training.model)?;
     let kept = variant.instances.unwrap_or(usize::MAX);
     let training = first_instances(&views.training, kept);
-    let conditions = scene_file::hash(&(&views.seals, training.instances.len()))?;
+    let conditions = scene_file::hash(&(&views.seals, training.instances.len(), training.views.len()))?;
     (1..=study.seeds)
         .map(|seed| {
             let seed = Seed(seed);
@@ -72,14 +82,38 @@ pub fn variant_models(
         .collect()
 }
 
-/// Scores of a model, a set of test instances each.
-pub fn variant_scores(pipeline: &Pipeline, trained: &VariantModel) -> Result<Vec<Unseen>, BenchError> {
+/// Scores of a model, on each set of the study's instances.
+pub fn variant_scores(
+    pipeline: &Pipeline,
+    views: &StudyViews,
+    trained: &VariantModel,
+) -> Result<Vec<Unseen>, BenchError> {
     let VariantModel { model, folder, .. } = trained;
     let viewing = model.viewing();
     let subject = viewing.as_deref().map_or(Subject::Embedding(model), Subject::Viewing);
-    unseen(pipeline, pipeline.file.evaluation.seeds.as_slice(), subject, model.hash(), |set| {
+    unseen(pipeline, &views.scored, subject, model.hash(), |set| {
+        // The study asked for instances that the model lists among those it has seen.
+        if set.split != Split::Test {
+            return Ok(());
+        }
         check_unseen(model.training_instances(), folder, set.instances.iter().map(|instance| instance.id))
     })
+}
+
+/// Moves every fourth view of each session of the first instances out of a set.
+fn held_out(set: &mut ViewSet, instances: usize) -> ViewSet {
+    let mut seen: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    let (held, kept) = set.views.drain(..).partition(|view| {
+        let count = seen.entry((view.instance, view.session)).or_default();
+        *count += 1;
+        view.instance < instances && count.is_multiple_of(4)
+    });
+    set.views = kept;
+    ViewSet {
+        split: set.split,
+        instances: set.instances.iter().take(instances).cloned().collect(),
+        views: held,
+    }
 }
 
 fn first_instances(set: &ViewSet, kept: usize) -> ViewSet {
@@ -88,5 +122,40 @@ fn first_instances(set: &ViewSet, kept: usize) -> ViewSet {
         split: set.split,
         instances: set.instances.iter().take(kept).cloned().collect(),
         views: views.cloned().collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use vantage_dataset::views::InstanceRecord;
+    use vantage_dataset::{Crop, InstanceId, Pose, Symmetry, View, Viewpoint};
+
+    #[test]
+    fn every_fourth_view_of_each_session_of_the_first_instances_is_held_out() {
+        let camera = Pose::new(Vector3::new(1.0, 0.0, 0.5), Vector3::x() * 1.5);
+        let viewpoint = Viewpoint::new(&camera, 0.2).unwrap();
+        let view = |number: usize| View {
+            instance: number / 16,
+            session: number % 2,
+            viewpoint,
+            crop: Crop::black(),
+            visible_fraction: number as f64,
+            box_center_error: [0.0; 2],
+            sighting: None,
+        };
+        let instance =
+            |id| InstanceRecord { id: InstanceId(id), family: "mug".into(), symmetry: Symmetry::None };
+        let mut set = ViewSet {
+            split: Split::Train,
+            instances: (0..3).map(instance).collect(),
+            views: (0..48).map(view).collect(),
+        };
+        let held = held_out(&mut set, 2);
+        let numbers: Vec<f64> = held.views.iter().map(|view| view.visible_fraction).collect();
+        assert_eq!(numbers, [6.0, 7.0, 14.0, 15.0, 22.0, 23.0, 30.0, 31.0]);
+        assert_eq!((held.instances.len(), set.views.len(), set.instances.len()), (2, 40, 3));
+        assert!(set.views.iter().all(|view| !numbers.contains(&view.visible_fraction)));
     }
 }

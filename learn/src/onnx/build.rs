@@ -1,6 +1,7 @@
 //! Writing ONNX graphs node by node, with names and shapes of our choosing.
 
 use super::{Signature, TensorSpec};
+use half::f16;
 use prost::Message;
 use tract_onnx::pb::attribute_proto::AttributeType;
 use tract_onnx::pb::tensor_proto::DataType;
@@ -34,6 +35,16 @@ impl GraphBuilder {
         debug_assert_eq!(shape.iter().product::<usize>(), data.len(), "{name}");
         let raw = data.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.initializer(name, shape, DataType::Float, raw)
+    }
+
+    /// A weight that half precision holds without loss, stored so.
+    pub(crate) fn half_weight(&mut self, name: &str, shape: &[usize], data: &[f32]) -> String {
+        debug_assert_eq!(shape.iter().product::<usize>(), data.len(), "{name}");
+        let raw = data.iter().flat_map(|&value| f16::from_f32(value).to_le_bytes()).collect();
+        let stored = self.initializer(&format!("{name}.half"), shape, DataType::Float16, raw);
+        let to = vec![integer("to", i64::from(DataType::Float as i32))];
+        self.node_with("Cast", &[&stored], &[name], to);
+        name.to_owned()
     }
 
     /// A vector of sizes, as `Split` and `Reshape` take them.

@@ -4,18 +4,21 @@
 //! `log p(z_1..z_V, beta | x_1..x_V) >= sum_v E_q log p(z_v | e, x_v) - KL(q || N(0, I)) + log p(e | beta)` with
 //! `q(e | z_1..z_K, x_1..x_K)` the product of the encoder's factors and the prior. With `V = K = 1` it is Eq. 12.
 //!
+//! Eq. 13 has `P(beta | e)` where Eq. 14 has `p(e | beta)`: see [`super::instance_term`].
+//!
 //! The predictive bound is the same in the frame of the first view, with `x_v` the change from that to view `v` and, for
 //! some, `z_1` beside it: `p(z_v | e, z_1, Delta X)`; `p(z_1 | e)` is its term `v = 1`. With `V = 2, K = 1` it is Eq. 20.
 
 use super::features::Features;
+use super::instance_term::Alone;
 use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
 use super::run::{Step, scalar};
-use super::views::{Views, table};
+use super::views::{Views, rows_of, table};
 use crate::architecture::Architecture;
-use crate::spec::{Objective, Pairs, TrainingSpec};
+use crate::spec::{InstanceTerm, Objective, Pairs, TrainingSpec};
 use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams};
-use burn::tensor::{Device, Int, Tensor, TensorData};
+use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 use vantage_dataset::{Seed, Stream};
 
@@ -24,6 +27,8 @@ use vantage_dataset::{Seed, Stream};
 const WARM_UP: f64 = 0.3;
 /// Parts that a batch's gradient is the sum of, each computed on its own, whatever the number of threads.
 const PARTS: usize = 2;
+/// Instances that a step's posterior over instances is normalised by.
+const OTHERS: usize = 256;
 
 /// Views of some instances, as many of each: rows are instance by instance.
 struct Batch {
@@ -40,6 +45,8 @@ struct Batch {
     sourced: Vec<bool>,
     /// Standard normal draws, `[groups, latent]`.
     noise: Vec<f32>,
+    /// Random instances, which stand for all that a row is not of.
+    others: Vec<i64>,
 }
 
 impl Batch {
@@ -61,6 +68,7 @@ impl Batch {
             source: Vec::new(),
             sourced: Vec::new(),
             noise: Vec::new(),
+            others: Vec::new(),
         };
         let predictive = spec.objective == Objective::ViewpointPredictive;
         for _ in 0..count {
@@ -84,6 +92,9 @@ impl Batch {
             }
         }
         batch.noise.extend((0..count * architecture.latent.dimension()).map(|_| stream.normal() as f32));
+        if spec.instance_term == InstanceTerm::Posterior {
+            batch.others.extend((0..OTHERS).map(|_| stream.below(views.instances) as i64));
+        }
         batch
     }
 
@@ -183,26 +194,27 @@ fn part_step(network: &Autoencoder, bound: &Bound, index: usize, part: usize) ->
     let warm = (((index + 1) as f64) / (WARM_UP * f64::from(spec.steps))).min(1.0);
     let mut total = measurement.clone() + image.clone() * spec.image_weight + divergence.clone() * warm;
     let invariant = |tensor: Tensor<2>| tensor.narrow(1, 0, layout.invariant);
-    let pulled = |to: Tensor<2>, sigma: f64| {
-        pull(invariant(factor.mean.clone()), invariant(precision.clone()), to, sigma)
-    };
-    let rows_of = |means: Tensor<2>, indices: Vec<i64>| {
-        means.select(0, Tensor::<1, Int>::from_data(TensorData::new(indices, [rows]), device))
-    };
+    let alone = Alone::new(invariant(factor.mean), invariant(precision));
     let mut grouping = 0.0;
     if spec.instance_weight > 0.0 && spec.objective != Objective::Autoencoder {
-        let means = rows_of(network.instance_means.val(), batch.instances.clone());
-        let term = pulled(means, spec.instance_sigma).mean();
+        let (means, own) = (network.instance_means.val(), &batch.instances);
+        let term = match spec.instance_term {
+            InstanceTerm::Likelihood => alone.unlikelihood(rows_of(&means, own, device), spec.instance_sigma),
+            InstanceTerm::Posterior => {
+                alone.surprise(&means, own, &batch.others, spec.instance_sigma, device)
+            }
+        };
+        let term = term.mean();
         grouping += scalar(&term);
         total = total + term * (warm * spec.instance_weight);
     }
     if let Some(class) = &spec.class {
         let tags: Vec<Option<usize>> =
             batch.instances.iter().map(|&instance| views.tags[instance as usize]).collect();
-        let means =
-            rows_of(network.class_means.val(), tags.iter().map(|tag| tag.unwrap_or(0) as i64).collect());
+        let classes: Vec<i64> = tags.iter().map(|tag| tag.unwrap_or(0) as i64).collect();
+        let means = rows_of(&network.class_means.val(), &classes, device);
         let tagged = tags.iter().map(|tag| if tag.is_some() { 1.0 } else { 0.0 }).collect();
-        let term = (pulled(means, class.sigma) * table(tagged, rows, device)).mean();
+        let term = (alone.unlikelihood(means, class.sigma) * table(tagged, rows, device)).mean();
         grouping += scalar(&term);
         total = total + term * warm;
     }
@@ -218,15 +230,4 @@ fn part_step(network: &Autoencoder, bound: &Bound, index: usize, part: usize) ->
 pub(crate) fn negative_log_likelihood(residual: Tensor<2>, log_sigma: Tensor<1>) -> Tensor<2> {
     let log_sigma = log_sigma.unsqueeze::<2>();
     residual.square() * (log_sigma.clone() * -2.0).exp() * 0.5 + log_sigma
-}
-
-/// `-E_q log N(e; mu, s^2 I)` (Eq. 13, 14, 23) of each view's own posterior, but for the constant: `[rows, 1]`.
-///
-/// On the invariant part: what turns is unknown where the view does not see it, so that pulling single views
-/// together there would teach the encoder to say nothing.
-fn pull(mean: Tensor<2>, precision: Tensor<2>, to: Tensor<2>, sigma: f64) -> Tensor<2> {
-    let variance = (precision.clone() + 1.0).recip();
-    let posterior_mean = mean * precision * variance.clone();
-    let squares = (posterior_mean - to).square() + variance;
-    squares.sum_dim(1) * (0.5 / (sigma * sigma))
 }

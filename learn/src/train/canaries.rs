@@ -129,7 +129,7 @@ impl Trainer<'_> {
     }
 
     fn pixels(&self, coefficients: &[f32]) -> Vec<f32> {
-        let layer = self.frozen.components.layer();
+        let layer = &self.frozen.components.layer;
         let mut pixels = layer.bias.clone();
         for (weights, coefficient) in layer.weight.chunks_exact(pixels.len()).zip(coefficients) {
             pixels.iter_mut().zip(weights).for_each(|(pixel, weight)| *pixel += coefficient * weight);

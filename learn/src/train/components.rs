@@ -1,5 +1,6 @@
 //! A fixed basis of crops: their principal components, which the image head weighs.
 
+use super::half::rounded;
 use super::weights::Dense;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use vantage_dataset::crop::CROP_BYTES;
@@ -16,12 +17,13 @@ const LEAST_DEVIATION: f32 = 0.01;
 /// Crops in a product with the basis.
 const CHUNK: usize = 512;
 
-/// Mean crop, leading directions of variation and how far crops go along them; pixels in `[0, 1]`, `[3, 32, 32]`.
+/// Mean crop and leading directions of variation; pixels in `[0, 1]`, `[3, 32, 32]`.
 pub(crate) struct Components {
-    mean: DVector<f32>,
-    /// Orthonormal columns, `[3072, components]`.
-    directions: DMatrix<f32>,
-    /// Standard deviation of the crops along each.
+    /// From pixels to coefficients of unit variance.
+    pub(crate) projection: Dense,
+    /// From coefficients to pixels.
+    pub(crate) layer: Dense,
+    /// Standard deviation of the crops along each direction.
     pub(crate) deviation: Vec<f32>,
 }
 
@@ -50,10 +52,19 @@ impl Components {
         let largest = eigen.eigenvalues.max().max(f32::MIN_POSITIVE);
         let least = LEAST_DEVIATION * largest.sqrt();
         let deviation = |&rank: &usize| eigen.eigenvalues[rank].max(0.0).sqrt().max(least);
+        let deviation = DVector::from_iterator(components, ranked.iter().map(deviation));
+        let directions = basis * eigen.eigenvectors.select_columns(&ranked);
+        let inverse = DMatrix::from_diagonal(&deviation.map(f32::recip));
+        let onto = &directions * inverse;
+        let onto = DMatrix::from_column_slice(CROP_BYTES, components, &rounded(onto.as_slice()));
+        let along = directions * DMatrix::from_diagonal(&deviation);
         Self {
-            mean,
-            deviation: ranked.iter().map(deviation).collect(),
-            directions: basis * eigen.eigenvectors.select_columns(&ranked),
+            projection: Dense {
+                bias: (onto.transpose() * -&mean).as_slice().to_vec(),
+                weight: onto.transpose().as_slice().to_vec(),
+            },
+            layer: Dense { weight: rounded(along.as_slice()), bias: mean.as_slice().to_vec() },
+            deviation: deviation.as_slice().to_vec(),
         }
     }
 
@@ -61,30 +72,15 @@ impl Components {
     pub(crate) fn coefficients<'a>(&self, crops: impl Iterator<Item = &'a Crop>) -> Vec<f32> {
         let crops: Vec<&Crop> = crops.collect();
         let mut rows = Vec::with_capacity(crops.len() * self.deviation.len());
-        let along = self.directions.transpose();
+        let Dense { weight, bias } = &self.projection;
+        let onto = DMatrix::from_column_slice(bias.len(), CROP_BYTES, weight);
         for chunk in crops.chunks(CHUNK) {
-            let mut pixels = matrix(chunk.iter().copied());
-            pixels.column_iter_mut().for_each(|mut crop| crop -= &self.mean);
-            let coefficients = &along * pixels;
+            let coefficients = &onto * matrix(chunk.iter().copied());
             for crop in coefficients.column_iter() {
-                rows.extend(crop.iter().zip(&self.deviation).map(|(value, deviation)| value / deviation));
+                rows.extend(crop.iter().zip(bias).map(|(value, bias)| value + bias));
             }
         }
         rows
-    }
-
-    /// The layer from pixels to coefficients.
-    pub(crate) fn projection(&self) -> Dense {
-        let inverse = DVector::from_column_slice(&self.deviation).map(f32::recip);
-        let scaled = &self.directions * DMatrix::from_diagonal(&inverse);
-        let bias = -(scaled.transpose() * &self.mean);
-        Dense { weight: scaled.transpose().as_slice().to_vec(), bias: bias.as_slice().to_vec() }
-    }
-
-    /// The layer from coefficients to pixels.
-    pub(crate) fn layer(&self) -> Dense {
-        let scaled = &self.directions * DMatrix::from_diagonal(&DVector::from_column_slice(&self.deviation));
-        Dense { weight: scaled.as_slice().to_vec(), bias: self.mean.as_slice().to_vec() }
     }
 }
 
@@ -104,7 +100,7 @@ mod tests {
         let set = synthetic::views(vantage_dataset::Split::Train, 6, 20, 1);
         let components = Components::fit(&set, 24, Seed(1));
         let rows = components.coefficients(set.views.iter().map(|view| &view.crop));
-        let layer = components.layer();
+        let layer = &components.layer;
         assert_eq!((layer.inputs(), layer.outputs()), (24, CROP_BYTES));
         for column in [0, 5] {
             let mean = rows.iter().skip(column).step_by(24).sum::<f32>() / 120.0;

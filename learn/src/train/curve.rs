@@ -29,7 +29,7 @@ pub(crate) struct Loss {
 fn terms(stage: Stage) -> &'static [&'static str] {
     match stage {
         Stage::Trunk => &["azimuth", "upright"],
-        Stage::Autoencoder => &["measurement", "image", "divergence", "instance"],
+        Stage::Autoencoder => &["measurement", "image", "divergence", "association"],
     }
 }
 

@@ -1,6 +1,7 @@
 //! What stage 2 is trained on: crops passed once through the frozen trunk, and once through a fixed basis.
 
 use super::components::Components;
+use super::half::rounded_layer;
 use super::network::Trunk;
 use super::views::{Views, gather, numbers};
 use super::weights::Dense;
@@ -173,8 +174,8 @@ fn whitened(layer: Dense, features: &[f32], width: usize) -> Dense {
     let scale = eigen.eigenvalues.map(|value| value.max(floor).sqrt().recip());
     let whitened = weight * eigen.eigenvectors * DMatrix::from_diagonal(&scale);
     let bias = -(whitened.transpose() * mean);
-    Dense {
+    rounded_layer(Dense {
         weight: whitened.transpose().iter().map(|&w| w as f32).collect(),
         bias: bias.iter().map(|&b| b as f32).collect(),
-    }
+    })
 }

@@ -35,7 +35,13 @@ pub(crate) struct Origin {
 
 impl Origin {
     /// Hash of everything that decides what a training does.
-    pub(crate) fn key(&self, spec: &TrainingSpec, architecture: &Architecture, seed: Seed) -> String {
+    pub(crate) fn key(
+        &self,
+        spec: &TrainingSpec,
+        architecture: &Architecture,
+        tags: &[Option<usize>],
+        seed: Seed,
+    ) -> String {
         let trainer = env!("CARGO_PKG_VERSION");
         let decides = (
             VERSION,
@@ -45,6 +51,7 @@ impl Origin {
             &self.provenance,
             spec,
             architecture,
+            tags,
             seed,
         );
         let json = serde_json::to_vec(&decides).expect("numbers and strings become JSON");

@@ -20,6 +20,8 @@ mod export;
 mod features;
 mod files;
 mod folder;
+mod half;
+mod instance_term;
 mod network;
 mod predictions;
 mod progress;
@@ -53,6 +55,7 @@ use curve::Curve;
 use features::{Features, Frozen};
 use folder::Origin;
 use garde::Validate;
+use half::rounded_module;
 use network::{Autoencoder, TrunkWithHead};
 use run::{Run, Started, training_device};
 use std::collections::BTreeMap;
@@ -113,7 +116,7 @@ pub fn train(
         validation_hash: view_set_hash(validation),
         provenance: provenance.clone(),
     };
-    let key = origin.key(spec, &architecture, seed);
+    let key = origin.key(spec, &architecture, &views.tags, seed);
     let store = trunks.map(|folder| TrunkStore::new(folder, &origin, spec, &architecture, seed));
     let mut run = Run { spec, architecture, seed, folder, key, curve: Curve::default(), progress };
     let trained = descend(&mut run, &views, store.as_ref())?;
@@ -151,7 +154,8 @@ fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<T
 
     let _ = run.tell(&Progress::Features);
     let measurement = trunk.trunk.measurement_layer();
-    let frozen = Frozen::fit(trunk.trunk.valid(), measurement, views, &architecture, components, &plain);
+    let rounded = rounded_module(trunk.trunk.valid());
+    let frozen = Frozen::fit(rounded, measurement, views, &architecture, components, &plain);
     let features = frozen.features(views, &plain);
 
     let bound =
@@ -167,7 +171,7 @@ fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<T
         },
         |network| Ok([module_bytes(&trunk)?, module_bytes(network)?]),
     )?;
-    Ok(Trained { frozen, features, network })
+    Ok(Trained { frozen, features, network: rounded_module(network) })
 }
 
 type Starts = (Started<TrunkWithHead>, Started<Autoencoder>);

@@ -287,8 +287,8 @@ impl Autoencoder {
             decoder: self.decoder.iter().map(dense).collect(),
             decoded_measurement: dense(&self.measurement),
             decoded_image: dense(&self.image),
-            projection: frozen.components.projection(),
-            basis: frozen.components.layer(),
+            projection: frozen.components.projection.clone(),
+            basis: frozen.components.layer.clone(),
         }
     }
 }

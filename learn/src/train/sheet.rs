@@ -67,7 +67,7 @@ pub(crate) fn write(
 
 /// Crops of coefficients `[crops, components]`.
 fn rebuilt(coefficients: &[f32], components: &Components) -> Vec<Crop> {
-    let layer = components.layer();
+    let layer = &components.layer;
     let crop = |row: &[f32]| {
         let mut planes = layer.bias.clone();
         for (weights, &coefficient) in layer.weight.chunks_exact(CROP_BYTES).zip(row) {

@@ -5,7 +5,7 @@ use crate::architecture::UPRIGHT;
 use crate::change::camera_motion;
 use crate::role::Convention;
 use crate::spec::{Motion, Objective, TrainingSpec};
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Device, Int, Tensor, TensorData};
 use std::collections::BTreeMap;
 use vantage_dataset::sighting::estimated_viewpoints;
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
@@ -253,6 +253,11 @@ pub(crate) fn gather(table: &[f32], width: usize, views: &[usize], device: &Devi
         rows.extend_from_slice(&table[view * width..(view + 1) * width]);
     }
     Tensor::from_data(TensorData::new(rows, [views.len(), width]), device)
+}
+
+/// Rows of a tensor, `[indices, width]`.
+pub(crate) fn rows_of(table: &Tensor<2>, indices: &[i64], device: &Device) -> Tensor<2> {
+    table.clone().select(0, Tensor::<1, Int>::from_data(TensorData::from(indices), device))
 }
 
 /// Numbers as a tensor `[rows, width]`, also where the width is 0.

@@ -20,6 +20,7 @@ pub fn tiny_spec() -> TrainingSpec {
         context: 3,
         learning_rate: 5e-3,
         latent_dim: 30,
+        pairs_per_harmonic: 2,
         measurement_dim: 6,
         checkpoint_every: 15,
         ..TrainingSpec::default()

@@ -63,30 +63,40 @@ pub enum Subject<'a> {
     Embedding(&'a Model),
 }
 
-/// The scores of all seeds. Each seed has instances of its own, all of the test split, none of which the model may have
-/// seen; `hash` identifies the model.
+/// Views of instances that models are scored on.
+pub struct ScoredViews {
+    /// Their seed.
+    pub seed: Seed,
+    /// The views.
+    pub set: ViewSet,
+    /// What identifies them.
+    pub seal: String,
+}
+
+/// The test views of all seeds. Each seed has instances of its own.
+pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews>, BenchError> {
+    let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
+    let of_seed = |&seed: &Seed| {
+        let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
+        rendered.advance(1);
+        Ok(ScoredViews { seed, set, seal })
+    };
+    seeds.iter().map(of_seed).collect()
+}
+
+/// The scores on each set, of instances none of which the model may have seen; `hash` identifies the model.
 pub fn unseen(
     pipeline: &Pipeline,
-    seeds: &[Seed],
+    sets: &[ScoredViews],
     subject: Subject<'_>,
     hash: &str,
     check_unseen: impl Fn(&ViewSet) -> Result<(), BenchError>,
 ) -> Result<Vec<Unseen>, BenchError> {
-    let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
-    let sets = seeds
-        .iter()
-        .map(|&seed| {
-            let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
-            rendered.advance(1);
-            check_unseen(&set)?;
-            Ok((seed, set, seal))
-        })
-        .collect::<Result<Vec<_>, BenchError>>()?;
-    drop(rendered);
-    let stage = pipeline.progress.stage("unseen instances", seeds.len() as u64);
+    sets.iter().try_for_each(|scored| check_unseen(&scored.set))?;
+    let stage = pipeline.progress.stage("unseen instances", sets.len() as u64);
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
     sets.par_iter()
-        .map(|(seed, set, seal)| {
+        .map(|ScoredViews { seed, set, seal }| {
             let key = Key::new("unseen", &(code::ANSWERED, seal, hash))?;
             let entry = super::stored(cache, note, &key, |work| {
                 let json = serde_json::to_vec(&score(*seed, set, subject)?)?;

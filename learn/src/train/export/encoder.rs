@@ -15,7 +15,7 @@ pub(super) fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
     let mut inputs = 3;
     for (index, conv) in weights.trunk.iter().enumerate() {
         let (name, outputs) = (format!("trunk.{index}"), conv.bias.len());
-        let weight = b.weight(&format!("{name}.weight"), &[outputs, inputs, 4, 4], &conv.weight);
+        let weight = b.half_weight(&format!("{name}.weight"), &[outputs, inputs, 4, 4], &conv.weight);
         let bias = b.weight(&format!("{name}.bias"), &[outputs], &conv.bias);
         let attributes = vec![
             integers("kernel_shape", &[4, 4]),

@@ -18,7 +18,7 @@ pub(super) fn jacobian(b: &mut GraphBuilder, weights: &Weights) {
     let decoder = decoder(b, weights);
     dense(b, predicted(&weights.architecture), &decoder.hidden, &weights.decoded_measurement);
     let head = &weights.decoded_measurement;
-    let mut rows = b.weight("back.head", &[head.outputs(), head.inputs()], &head.transposed());
+    let mut rows = b.half_weight("back.head", &[head.outputs(), head.inputs()], &head.transposed());
     for (index, layer) in weights.decoder.iter().enumerate().rev() {
         let name = format!("back.{index}");
         let Hidden { gate, output } = &decoder.layers[index];
@@ -27,7 +27,7 @@ pub(super) fn jacobian(b: &mut GraphBuilder, weights: &Weights) {
         let slope = b.node("Add", &[gate, &rest], &format!("{name}.slope"));
         let sloped = b.node("Mul", &[&rows, &slope], &format!("{name}.sloped"));
         let shape = [layer.outputs(), layer.inputs()];
-        let weight = b.weight(&format!("{name}.weight"), &shape, &layer.transposed());
+        let weight = b.half_weight(&format!("{name}.weight"), &shape, &layer.transposed());
         rows = b.node("MatMul", &[&sloped, &weight], &name);
     }
     let pairs = layout.pairs();

@@ -70,7 +70,8 @@ fn conditioning(architecture: &Architecture) -> &'static str {
 }
 
 fn dense(b: &mut GraphBuilder, output: &str, input: &str, layer: &Dense) -> String {
-    let weight = b.weight(&format!("{output}.weight"), &[layer.inputs(), layer.outputs()], &layer.weight);
+    let weight =
+        b.half_weight(&format!("{output}.weight"), &[layer.inputs(), layer.outputs()], &layer.weight);
     let bias = b.weight(&format!("{output}.bias"), &[layer.outputs()], &layer.bias);
     b.node("Gemm", &[input, &weight, &bias], output)
 }
@@ -195,6 +196,7 @@ mod tests {
     use crate::train::canaries::Trainer;
     use crate::train::components::Components;
     use crate::train::features::Frozen;
+    use crate::train::half::rounded_module;
     use crate::train::network::{Autoencoder, TrunkWithHead};
     use crate::train::run::training_device;
     use crate::train::synthetic;
@@ -234,8 +236,15 @@ mod tests {
         let trunk = TrunkWithHead::new(&architecture, &[5, 9], Seed(1), &device).trunk;
         let measurement = trunk.measurement_layer();
         let components = Components::fit(&set, architecture.components, Seed(1));
-        let frozen = Frozen::fit(trunk.valid(), measurement, &views, &architecture, components, &plain);
-        let network = Autoencoder::new(&architecture, [4, 0], Seed(1), &device);
+        let frozen = Frozen::fit(
+            rounded_module(trunk.valid()),
+            measurement,
+            &views,
+            &architecture,
+            components,
+            &plain,
+        );
+        let network = rounded_module(Autoencoder::new(&architecture, [4, 0], Seed(1), &device));
         let trainer = Trainer {
             network: &network,
             architecture: &architecture,
