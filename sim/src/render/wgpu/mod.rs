@@ -17,6 +17,7 @@ use painter::{Painter, Viewport};
 use pipeline::Pipelines;
 use residency::Residency;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use target::{Pixels, Target};
 
 /// Side of the image that tiles are drawn into together, pixels: what a CPU keeps in its cache.
@@ -31,7 +32,7 @@ pub struct WgpuRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
     residency: Residency,
-    targets: BTreeMap<(u32, u32), Target>,
+    targets: BTreeMap<(u32, u32), Arc<Target>>,
 }
 
 impl WgpuRenderer {
@@ -44,14 +45,13 @@ impl WgpuRenderer {
         Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new() })
     }
 
-    /// Makes sure that a target of a size exists.
-    fn keep_target(&mut self, size: (u32, u32)) {
-        if !self.targets.contains_key(&size) {
-            if self.targets.len() == TARGETS {
-                self.targets.clear();
-            }
-            self.targets.insert(size, Target::new(&self.gpu, &self.pipelines, size.0, size.1));
+    /// The target of a size, kept for later pictures.
+    fn target(&mut self, size: (u32, u32)) -> Arc<Target> {
+        if !self.targets.contains_key(&size) && self.targets.len() == TARGETS {
+            self.targets.clear();
         }
+        let target = || Arc::new(Target::new(&self.gpu, &self.pipelines, size.0, size.1));
+        Arc::clone(self.targets.entry(size).or_insert_with(target))
     }
 }
 
@@ -76,7 +76,7 @@ impl Renderer for WgpuRenderer {
 struct Atlas<'a> {
     shots: &'a [TileShot<'a>],
     side: u32,
-    size: (u32, u32),
+    target: Arc<Target>,
     slot: usize,
     submission: wgpu::SubmissionIndex,
 }
@@ -97,9 +97,8 @@ impl WgpuRenderer {
 
     fn draw_frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
         let (width, height) = (shot.camera.width, shot.camera.height);
-        self.keep_target((width, height));
-        let target = &self.targets[&(width, height)];
-        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target);
+        let target = self.target((width, height));
+        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, &target);
         let frustum = Frustum::of(shot);
         for placement in &scene.placements {
             if let Some(level) = frustum.level(placement) {
@@ -116,9 +115,8 @@ impl WgpuRenderer {
         let mut drawn: Option<Atlas<'_>> = None;
         for (index, shots) in shots.chunks((columns * columns) as usize).enumerate() {
             let rows = (shots.len() as u32).div_ceil(columns).next_power_of_two().min(columns);
-            let size = (columns * side, rows * side);
-            self.keep_target(size);
-            let atlas = self.draw_atlas(shots, side, size, index % 2)?;
+            let target = self.target((columns * side, rows * side));
+            let atlas = self.draw_atlas(shots, side, target, index % 2)?;
             if let Some(previous) = drawn.replace(atlas) {
                 self.read_atlas(previous, &mut tiles)?;
             }
@@ -133,13 +131,12 @@ impl WgpuRenderer {
         &mut self,
         shots: &'a [TileShot<'a>],
         side: u32,
-        size: (u32, u32),
+        target: Arc<Target>,
         slot: usize,
     ) -> Result<Atlas<'a>, RenderError> {
-        let target = &self.targets[&size];
-        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target);
+        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, &target);
         for target_first in [true, false] {
-            for (shot, viewport) in shots.iter().zip(viewports(size.0, side)) {
+            for (shot, viewport) in shots.iter().zip(viewports(target.width, side)) {
                 let window = shot.window(side);
                 let frustum = Frustum::of(&window);
                 for placement in &shot.scene.placements {
@@ -154,13 +151,13 @@ impl WgpuRenderer {
             }
         }
         let submission = painter.finish(slot, false);
-        Ok(Atlas { shots, side, size, slot, submission })
+        Ok(Atlas { shots, side, target, slot, submission })
     }
 
     fn read_atlas(&self, atlas: Atlas<'_>, tiles: &mut Vec<Tile>) -> Result<(), RenderError> {
-        let Atlas { shots, side, size, slot, submission } = atlas;
-        self.targets[&size].read(&self.gpu, slot, submission, |pixels| {
-            for (shot, viewport) in shots.iter().zip(viewports(size.0, side)) {
+        let Atlas { shots, side, target, slot, submission } = atlas;
+        target.read(&self.gpu, slot, submission, |pixels| {
+            for (shot, viewport) in shots.iter().zip(viewports(target.width, side)) {
                 tiles.push(tile(pixels, shot.scene, viewport));
             }
         })
@@ -215,16 +212,42 @@ mod tests {
     use nalgebra::Vector3;
     use vantage_dataset::{Camera, Pose};
 
+    fn opened() -> Option<WgpuRenderer> {
+        match WgpuRenderer::new() {
+            Err(RenderError::NoAdapter { .. }) => {
+                println!("skipped: no Vulkan adapter");
+                None
+            }
+            opened => Some(opened.unwrap()),
+        }
+    }
+
+    fn nothing() -> RenderScene {
+        let light = super::super::Light { direction: Vector3::z(), ambient: [1.0; 3], diffuse: [0.0; 3] };
+        RenderScene { placements: Vec::new(), light, background: [1, 2, 3] }
+    }
+
+    fn shot(width: u32, height: u32) -> Shot {
+        let camera = Camera::with_horizontal_fov(width, height, 1.0);
+        Shot { camera, world_from_camera: Pose::identity() }
+    }
+
+    #[test]
+    fn targets_of_many_sizes_make_room_for_each_other() {
+        let Some(mut renderer) = opened() else { return };
+        let scene = nothing();
+        for width in 1..TARGETS as u32 {
+            renderer.frame(&scene, &shot(width, 1)).unwrap();
+        }
+        let tile = TileShot { scene: &scene, shot: shot(16, 8), center: [8.0, 4.0], side: 4.0, target: 1 };
+        let side = ATLAS_SIDE / 2;
+        assert_eq!(renderer.tiles(&[tile; 5], side).unwrap().len(), 5);
+    }
+
     #[test]
     fn a_lost_device_is_replaced_once() {
-        let mut renderer = match WgpuRenderer::new() {
-            Err(RenderError::NoAdapter { .. }) => return println!("skipped: no Vulkan adapter"),
-            opened => opened.unwrap(),
-        };
-        let light = super::super::Light { direction: Vector3::z(), ambient: [1.0; 3], diffuse: [0.0; 3] };
-        let scene = RenderScene { placements: Vec::new(), light, background: [1, 2, 3] };
-        let shot =
-            Shot { camera: Camera::with_horizontal_fov(16, 8, 1.0), world_from_camera: Pose::identity() };
+        let Some(mut renderer) = opened() else { return };
+        let (scene, shot) = (nothing(), shot(16, 8));
         let before = renderer.frame(&scene, &shot).unwrap();
         assert_eq!(before.rgb[..3], [1, 2, 3]);
         renderer.gpu.device.destroy();
