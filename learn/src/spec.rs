@@ -182,8 +182,8 @@ impl Default for TrainingSpec {
             measurement_dim: 32,
             image_weight: 1.0,
             instance_term: InstanceTerm::default(),
-            instance_sigma: 0.5,
-            instance_weight: 16.0,
+            instance_sigma: 1.0,
+            instance_weight: 4.0,
             checkpoint_every: 250,
         }
     }
