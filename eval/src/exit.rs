@@ -167,13 +167,22 @@ pub enum BenchError {
     },
     /// A scene whose own model would be one that the estimator can do nothing with.
     #[error(
-        "scene {scene}: training.model describes a model that does not tell what an object looks like from a viewpoint; the estimator needs \
-         the objective viewpoint_dependent, discrete_class, or viewpoint_predictive with the object's centre and pairs that turn. \
-         `bench train` and `bench study` take any"
+        "scene {scene}: training.model makes a model that does not tell what an object looks like from a viewpoint, as the estimator \
+         needs it. Set its objective to viewpoint_dependent or discrete_class, or to viewpoint_predictive with predictive.motion \
+         object_centred and pairs_per_harmonic above 0, or name another model by --model. `bench figures` and `bench study` take any"
     )]
-    NotViewed {
+    ObjectiveNotViewing {
         /// Its name.
         scene: String,
+    },
+    /// A study of known instances whose sessions are too short.
+    #[error(
+        "scored: known holds out every fourth view of a session, but of instance {instance} no session has four: raise \
+         views.views_per_instance of the study's scene, or lower views.sessions"
+    )]
+    NothingHeldOut {
+        /// Its place among the training instances.
+        instance: usize,
     },
     /// A cached answer is not what was written.
     #[error("{}: {reason}; remove the cache entry and run again", path.display())]
@@ -267,7 +276,8 @@ impl BenchError {
             | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
-            | BenchError::NotViewed { .. }
+            | BenchError::ObjectiveNotViewing { .. }
+            | BenchError::NothingHeldOut { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]

@@ -79,7 +79,7 @@ pub struct Variant {
 
 /// A variant that cannot be trained.
 #[derive(Debug, Error)]
-#[error("study variant {variant}: model: {reason}")]
+#[error("study variant {variant}: {reason}")]
 pub struct VariantError {
     /// Its name.
     pub variant: String,
@@ -87,10 +87,33 @@ pub struct VariantError {
     pub reason: String,
 }
 
+impl Scored {
+    /// For people.
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Test => "instances that no training has seen",
+            Self::Validation => "validation instances, which also calibrate the noise",
+            Self::Known => "held-out views of training instances, from sessions that were trained on",
+        }
+    }
+}
+
 impl Variant {
+    /// Refuses to train on fewer instances than the study scores as known.
+    pub fn knows(&self, scored: usize) -> Result<(), VariantError> {
+        match self.instances.filter(|&instances| instances < scored) {
+            Some(instances) => Err(VariantError {
+                variant: self.name.clone(),
+                reason: format!("instances is {instances}, but the first {scored} are scored as known"),
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// The whole training, `base` but for what differs; of nested settings only those that are named.
     pub fn training(&self, base: &TrainingSpec) -> Result<TrainingSpec, VariantError> {
-        let failed = |reason: String| VariantError { variant: self.name.clone(), reason };
+        let failed =
+            |reason: String| VariantError { variant: self.name.clone(), reason: format!("model: {reason}") };
         let mut whole = serde_json::to_value(base).map_err(|error| failed(error.to_string()))?;
         merge(&mut whole, &Value::Object(self.model.clone()));
         let spec: TrainingSpec = serde_json::from_value(whole).map_err(|error| failed(error.to_string()))?;
@@ -156,6 +179,9 @@ mod tests {
         let study: StudyFile = parse(&GOOD.replace("source: 0", "source: 2"), Path::new("x")).unwrap();
         let error = study.variants[1].training(&TrainingSpec::default()).unwrap_err().to_string();
         assert!(error.contains("source"), "{error}");
+        assert!(study.variants[0].knows(48).is_ok() && study.variants[1].knows(5).is_ok());
+        let error = study.variants[1].knows(6).unwrap_err().to_string();
+        assert!(error.contains("variant b: instances is 5"), "{error}");
         let twice = parse::<StudyFile>(&GOOD.replace("name: b", "name: a"), Path::new("x")).unwrap_err();
         assert!(twice.to_string().contains("twice"), "{twice}");
     }

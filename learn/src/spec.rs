@@ -86,7 +86,7 @@ pub struct ClassSpec {
     pub sigma: f64,
 }
 
-/// A training. Every field has a default; those of latent and instance term were chosen on validation instances
+/// A training. Every field has a default; those of the pairs and the instance term were chosen on validation instances
 /// (`studies/choice.yaml`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
@@ -144,7 +144,7 @@ pub struct TrainingSpec {
     /// Standard deviation of an instance's latents around its mean (Eq. 14), invariant part only.
     #[garde(range(min = 1e-3, max = 1e3), custom(not_nan))]
     pub instance_sigma: f64,
-    /// Weight of the instance term; 0 leaves it out.
+    /// Weight of the instance term: 1 in the bound as printed; 0 leaves it out.
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan))]
     pub instance_weight: f64,
     /// Steps between two checkpoints, from which an interrupted training goes on.

@@ -13,8 +13,8 @@ use support::{tiny_spec, training_views, validation_views};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::{Pose, Seed, Sighting, Split, ViewSet};
 use vantage_learn::{
-    CURVE_TABLE, ClassSpec, Kind, LatentGaussian, Model, Motion, Objective, Pairs, PredictiveSpec, Progress,
-    Stage, TrainError, Training, TrainingSpec, train,
+    CURVE_TABLE, ClassSpec, InstanceTerm, Kind, LatentGaussian, Model, Motion, Objective, Pairs,
+    PredictiveSpec, Progress, Stage, TrainError, Training, TrainingSpec, train,
 };
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
@@ -67,11 +67,14 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
     let camera = PredictiveSpec { motion: Motion::Camera, ..PredictiveSpec::default() };
     let adjacent = PredictiveSpec { pairs: Pairs::Adjacent, source: 0.0, ..PredictiveSpec::default() };
     let single = TrainingSpec { views: 1, context: 1, instance_weight: 0.0, ..tiny_spec() };
+    let likelihood =
+        TrainingSpec { instance_term: InstanceTerm::Likelihood, instance_weight: 1.0, ..tiny_spec() };
     let rival = |objective| TrainingSpec { objective, ..tiny_spec() };
     let set = toured(training_views());
     for (spec, kind, viewing, steady) in [
         (TrainingSpec { pairs_per_harmonic: 0, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
         (single, Kind::ViewpointDependent, true, STEADY),
+        (likelihood, Kind::ViewpointDependent, true, STEADY),
         (predictive(PredictiveSpec::default()), Kind::ViewpointPredictive, true, STEADY),
         (predictive(adjacent), Kind::ViewpointPredictive, true, STEADY),
         (predictive(camera), Kind::ViewpointPredictive, false, 30),
@@ -83,7 +86,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
         trained(&set, &spec, folder.path()).unwrap();
         let model = Model::load(folder.path()).unwrap();
         assert_eq!(model.manifest().kind, kind, "{spec:?}");
-        assert_eq!(model.viewing().is_some(), viewing, "{spec:?}");
+        assert_eq!((model.viewing().is_some(), spec.is_viewing()), (viewing, viewing), "{spec:?}");
         let view = &set.views[0];
         let embedded = model.embed(&view.crop, Some(&view.viewpoint)).unwrap();
         assert_eq!(embedded.len(), steady, "{spec:?}");

@@ -88,3 +88,30 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let mut command = scene.command();
     Finished::of(command.arg("--model").arg(trained)).expect(2, &["kind embedding", "bench figures"]);
 }
+
+#[test]
+fn a_study_of_known_instances_scores_views_that_it_holds_out() {
+    let scene = with_objective("viewpoint_dependent");
+    let study = |variant: &str| {
+        let text = format!(
+            "version: 1\nname: known\npurpose: To show it.\nscene: scene.yaml\nscored: known\nseeds: 1\nvariants:\n  \
+             - {{ name: all, note: all instances }}\n{variant}"
+        );
+        fs::write(scene.path("study.yaml"), text).expect("a study file");
+        let mut command = bench();
+        command.arg("study").arg(scene.path("study.yaml")).args(["--renderer", "reference", "--out"]);
+        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+        Finished::of(&mut command)
+    };
+    study("  - { name: three, note: fewer, instances: 3 }\n").expect(2, &["variant three", "first 4"]);
+    study("").expect(0, &[]);
+    let told = fs::read_to_string(scene.path("out/known/variants.md")).expect("the variants");
+    assert!(told.contains("held-out views of training instances"), "{told}");
+    let tables = fs::read_to_string(scene.path("out/known/tables.md")).expect("the tables");
+    assert!(tables.contains("| all "), "{tables}");
+
+    let text = fs::read_to_string(scene.path("scene.yaml")).expect("the scene");
+    let short = text.replace("views_per_instance: 8", "views_per_instance: 6");
+    fs::write(scene.path("scene.yaml"), short).expect("the scene");
+    study("").expect(2, &["views_per_instance", "instance 0"]);
+}

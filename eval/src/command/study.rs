@@ -1,4 +1,4 @@
-//! `bench study FILE`: models trained in several ways on the same views, compared on instances that none has seen.
+//! `bench study FILE`: models trained in several ways on the same views, compared on the same instances.
 
 use crate::cli::StudyArgs;
 use crate::exit::{BenchError, Exit};
@@ -12,13 +12,13 @@ use crate::render::{self, Style};
 use crate::report;
 use crate::results::Results;
 use crate::scene_file;
-use crate::study_file::StudyFile;
+use crate::study_file::{Scored, StudyFile};
 use crate::table::{Outcome, Run, Table};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use vantage_dataset::Seed;
+use vantage_dataset::{Seed, Split};
 
 /// Folder of the cache that holds trained trunks.
 const TRUNKS: &str = "trunks";
@@ -29,8 +29,12 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let study: StudyFile = scene_file::read(&args.study)?;
     let scene = args.study.parent().unwrap_or(Path::new("")).join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
+    let known = pipeline.scene.view_conditions().views.instances(Split::Test);
     for variant in &study.variants {
         variant.training(&pipeline.file.training.model)?;
+        if study.scored == Scored::Known {
+            variant.knows(known)?;
+        }
     }
     let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
@@ -75,7 +79,13 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         writeln!(stdout, "{}", render::tables(table, Style::Terminal))?;
     }
     let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
-    let notes = format!("# {}\n\n{}\n\n{}", study.name, study.purpose.trim(), notes.collect::<String>());
+    let notes = format!(
+        "# {}\n\n{}\n\nScored: {}.\n\n{}",
+        study.name,
+        study.purpose.trim(),
+        study.scored.told(),
+        notes.collect::<String>()
+    );
     out.write(PathBuf::from(&study.name).join("variants.md"), notes.as_bytes())?;
     report::write(&out, &Results::new(&study.name, &hash, tables), &manifest)?;
     Ok(Exit::Success)

@@ -48,7 +48,7 @@ pub fn check_unseen(
 /// Loads the model in `folder`, or trains one where that is `None`.
 pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, BenchError> {
     if folder.is_none() && !pipeline.file.training.model.is_viewing() {
-        return Err(BenchError::NotViewed { scene: pipeline.file.name.clone() });
+        return Err(BenchError::ObjectiveNotViewing { scene: pipeline.file.name.clone() });
     }
     load(pipeline, &named_or_trained(pipeline, folder)?)
 }

@@ -29,8 +29,13 @@ pub fn study_views(pipeline: &Pipeline, scored: Scored) -> Result<StudyViews, Be
         Scored::Test => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice())?,
         Scored::Validation => vec![ScoredViews { seed, set: validation.clone(), seal: second.clone() }],
         Scored::Known => {
-            let set = held_out(&mut training, pipeline.scene.view_conditions().views.instances(Split::Test));
-            vec![ScoredViews { seed, set, seal: format!("held out of {first}") }]
+            let known = pipeline.scene.view_conditions().views.instances(Split::Test);
+            let set = held_out(&mut training, known);
+            let missing = (0..known).find(|&instance| set.views.iter().all(|view| view.instance != instance));
+            if let Some(instance) = missing {
+                return Err(BenchError::NothingHeldOut { instance });
+            }
+            vec![ScoredViews { seed, set, seal: format!("held out of {known} instances of {first}") }]
         }
     };
     Ok(StudyViews { training, validation, seals: [first, second], scored })

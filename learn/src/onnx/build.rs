@@ -40,6 +40,7 @@ impl GraphBuilder {
     /// A weight that half precision holds without loss, stored so.
     pub(crate) fn half_weight(&mut self, name: &str, shape: &[usize], data: &[f32]) -> String {
         debug_assert_eq!(shape.iter().product::<usize>(), data.len(), "{name}");
+        debug_assert!(data.iter().all(|&value| f16::from_f32(value).to_f32() == value), "{name}");
         let raw = data.iter().flat_map(|&value| f16::from_f32(value).to_le_bytes()).collect();
         let stored = self.initializer(&format!("{name}.half"), shape, DataType::Float16, raw);
         let to = vec![integer("to", i64::from(DataType::Float as i32))];

@@ -27,7 +27,7 @@ use vantage_dataset::{Seed, Stream};
 const WARM_UP: f64 = 0.3;
 /// Parts that a batch's gradient is the sum of, each computed on its own, whatever the number of threads.
 const PARTS: usize = 2;
-/// Instances that a step's posterior over instances is normalised by.
+/// Random instances that stand for all others where a part's posterior over instances is normalised.
 const OTHERS: usize = 256;
 
 /// Views of some instances, as many of each: rows are instance by instance.
@@ -125,7 +125,7 @@ pub(crate) struct Bound<'a> {
     pub(crate) device: &'a Device,
 }
 
-/// The negative bound of the random batch of a step, a view.
+/// The negative bound of the random batch of a step, a view, its image and instance terms weighted.
 pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4> {
     // Copies that share no node with each other: burn works on the graphs of one parameter one after the other.
     let plain = network.valid();

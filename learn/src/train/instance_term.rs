@@ -29,10 +29,11 @@ impl Alone {
         squares.sum_dim(1) * (0.5 / (sigma * sigma))
     }
 
-    /// A bound from above on `-E_q log P(beta | e)` with `P(beta | e) ~ N(e; mu_beta, s^2 I)`, Eq. 13: `[rows, 1]`.
+    /// `-E_q log P(beta | e)` with `P(beta | e) ~ N(e; mu_beta, s^2 I)`, Eq. 13: `[rows, 1]`.
     ///
-    /// `E_q log sum <= log sum E_q` (Jensen), and `E_q N(e; mu, s^2) = N(mean; mu, s^2 + variance)`. Of the sum over instances, a
-    /// row's own is exact; the sample `others`, uniform and with repeats, stands for the rest.
+    /// With `E_q log sum <= log sum E_q` (Jensen) and `E_q N(e; mu, s^2) = N(mean; mu, s^2 + variance)` it would be a bound from above,
+    /// were the sum one over all instances. A row's own is exact; the sample `others`, uniform and with repeats, stands for the
+    /// rest, so that the logarithm of the sum is low on average.
     pub(crate) fn surprise(
         &self,
         means: &Tensor<2>,
