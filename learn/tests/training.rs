@@ -42,11 +42,12 @@ fn losses(table: &str, stage: &str) -> Vec<f64> {
 fn a_short_training_lowers_both_losses_and_leaves_all_its_files() {
     let folder = tiny_model();
     let table = std::fs::read_to_string(folder.join(CURVE_TABLE)).unwrap();
-    for (stage, steps) in [("trunk", 40), ("autoencoder", 120)] {
+    // Divergence and instance term come in over the first 36 steps of stage 2.
+    for (stage, steps, warm) in [("trunk", 40, 0), ("autoencoder", 120, 36)] {
         let losses = losses(&table, stage);
         assert_eq!(losses.len(), steps);
         let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
-        let (first, last) = (mean(&losses[..8]), mean(&losses[steps - 8..]));
+        let (first, last) = (mean(&losses[warm..warm + 8]), mean(&losses[steps - 8..]));
         assert!(last < 0.9 * first, "{stage}: {first} to {last}");
     }
     assert!(std::fs::read_to_string(folder.join(CURVE_PICTURE)).unwrap().contains("loss of the trunk"));

@@ -9,7 +9,7 @@ fn the_committed_model_is_described() {
     told.expect(0, &[]);
     for words in [
         "viewpoint_dependent",
-        "128 numbers: 28 that do not turn, 50 pairs that do",
+        "128 numbers: 108 that do not turn, 10 pairs that do",
         "azimuth_harmonics",
         "decoder_jacobian",
         "d_conditioning [32, 14]",

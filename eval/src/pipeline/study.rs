@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn every_fourth_view_of_each_session_of_the_first_instances_is_held_out() {
-        let camera = Pose::new(Vector3::new(1.0, 0.0, 0.5), Vector3::x() * 1.5);
+        let camera = Pose::new(Vector3::new(1.0, 0.0, 0.5), Vector3::y() * -1.8);
         let viewpoint = Viewpoint::new(&camera, 0.2).unwrap();
         let view = |number: usize| View {
             instance: number / 16,
