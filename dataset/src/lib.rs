@@ -12,6 +12,7 @@ pub mod camera;
 pub mod capture;
 pub mod crop;
 pub mod episode;
+pub mod episode_views;
 pub mod instance;
 pub mod layout;
 pub mod mask;
@@ -31,6 +32,7 @@ pub use episode::{
     BoundingBox, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth, Observations,
     Odometry, Truth,
 };
+pub use episode_views::episode_views;
 pub use instance::{InstanceId, Split, Symmetry};
 pub use mask::Mask;
 pub use sample::Sample;

@@ -2,8 +2,10 @@
 
 use crate::crop::Crop;
 use crate::instance::{InstanceId, Split, Symmetry};
+use crate::se3::Pose;
 use crate::sighting::Sighting;
 use crate::viewpoint::Viewpoint;
+use nalgebra::{Point3, Vector2};
 
 /// A set of crops of many instances of one split, grouped by instance.
 #[derive(Clone, Debug)]
@@ -43,7 +45,7 @@ pub struct View {
     /// Error of the box centre as a bearing to the object's centre: the two tangents of the measured ray less
     /// those of the true one, over the object's angular size. Fits the noise of the geometric measurement.
     pub box_center_error: [f64; 2],
-    /// What odometry and the box say of it, where a robot's way was simulated: all that the viewpoint-predictive model's
+    /// What odometry and the box say of it, where there was a robot's way: all that the viewpoint-predictive model's
     /// training reads of a view beside its crop.
     pub sighting: Option<Sighting>,
 }
@@ -54,4 +56,11 @@ impl ViewSet {
         let known: std::collections::BTreeSet<_> = other.instances.iter().map(|i| i.id).collect();
         self.instances.iter().map(|i| i.id).filter(|id| known.contains(id)).collect()
     }
+}
+
+/// [`View::box_center_error`] of a measured ray `(x / z, y / z)`, camera frame.
+pub fn box_center_error(measured: &Vector2<f64>, object_from_camera: &Pose, size: f64) -> [f64; 2] {
+    let center = object_from_camera.inverse() * Point3::origin();
+    let error = measured - center.coords.xy() / center.z;
+    (error * center.coords.norm() / size).into()
 }

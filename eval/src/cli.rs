@@ -123,13 +123,16 @@ pub struct ImportArgs {
     /// BigBIRD: the folder of the objects' folders. Active Vision: the folder of one scan.
     #[arg(value_name = "DIR")]
     pub source: PathBuf,
-    /// Folder that gets a view set (BigBIRD) or an episode (Active Vision).
+    /// Folder that gets a view set (BigBIRD, or with `--views`) or an episode (Active Vision).
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// BigBIRD: the split that all objects are said to belong to.
+    /// Active Vision: the detections as a view set, which `bench train --views` reads, in place of an episode.
+    #[arg(long)]
+    pub views: bool,
+    /// Of a view set: the split that all objects are said to belong to.
     #[arg(long, value_enum, default_value_t = SplitChoice::Train)]
     pub split: SplitChoice,
-    /// BigBIRD: only these objects, separated by commas.
+    /// Of a view set: only these objects, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub objects: Vec<String>,
 }

@@ -70,7 +70,7 @@ pub enum BenchError {
     #[error(transparent)]
     Import(#[from] ImportError),
     /// A folder to import from lacks an object that was asked for.
-    #[error("{} holds no folder {name} with a calibration.h5; look what --objects names", folder.display())]
+    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
     NoObject {
         /// The object.
         name: String,

@@ -78,6 +78,12 @@ pub enum Metric {
     ViewpointPromised,
     /// Share of azimuth errors within 1.96 promised deviations.
     ViewpointInside,
+    /// Median azimuth error where all pixels of the predicted image are compared, not the reduced measurement.
+    ViewpointByImage,
+    /// Mean log-likelihood of a reduced measurement by the latent of views of other sessions: [`crate::score::bound`].
+    LogLikelihood,
+    /// Mean divergence of what a single view says of the latent from the prior.
+    Divergence,
     /// Share of residuals inside the region of 50% of the Student t: [`crate::score::calibration::calibration`].
     Inside50,
     /// Inside that of 80%.
@@ -105,6 +111,8 @@ pub enum Unit {
     Radian,
     /// Decibels.
     Decibel,
+    /// Natural units of information.
+    Nat,
     /// A share or index without unit.
     Ratio,
 }
@@ -122,7 +130,7 @@ pub enum Better {
 
 impl Metric {
     /// All metrics, in the order of their declaration.
-    pub const ALL: [Metric; 43] = [
+    pub const ALL: [Metric; 46] = [
         Metric::Ate,
         Metric::AteUmeyama,
         Metric::RpeTranslation,
@@ -158,6 +166,9 @@ impl Metric {
         Metric::PsnrHeldOut,
         Metric::ViewpointPromised,
         Metric::ViewpointInside,
+        Metric::ViewpointByImage,
+        Metric::LogLikelihood,
+        Metric::Divergence,
         Metric::Inside50,
         Metric::Inside80,
         Metric::Inside95,
@@ -171,7 +182,7 @@ impl Metric {
     /// Its name in tables, that in files, its unit, and which way it is better.
     fn facts(self) -> (&'static str, &'static str, Unit, Better) {
         use Better::{Higher, Lower, Near};
-        use Unit::{Decibel, Meter, Radian, Ratio};
+        use Unit::{Decibel, Meter, Nat, Radian, Ratio};
         match self {
             Metric::Ate => ("ATE", "ate_m", Meter, Lower),
             Metric::AteUmeyama => ("ATE (Umeyama)", "ate_umeyama_m", Meter, Lower),
@@ -212,6 +223,11 @@ impl Metric {
             Metric::PsnrHeldOut => ("PSNR, held out", "psnr_held_out_db", Decibel, Higher),
             Metric::ViewpointPromised => ("Promised deviation", "viewpoint_promised_rad", Radian, Lower),
             Metric::ViewpointInside => ("Error < 1.96 promised", "viewpoint_inside", Ratio, Near(0.95)),
+            Metric::ViewpointByImage => {
+                ("Viewpoint median, image", "viewpoint_median_image_rad", Radian, Lower)
+            }
+            Metric::LogLikelihood => ("Log-likelihood, held out", "log_likelihood_held_out_nat", Nat, Higher),
+            Metric::Divergence => ("Divergence, own view", "divergence_nat", Nat, Lower),
             Metric::Inside50 => ("In 50%", "residual_inside_50", Ratio, Near(0.5)),
             Metric::Inside80 => ("In 80%", "residual_inside_80", Ratio, Near(0.8)),
             Metric::Inside95 => ("In 95%", "residual_inside_95", Ratio, Near(0.95)),
@@ -255,16 +271,17 @@ impl Metric {
             Unit::Meter => format!("{} [m]", self.label()),
             Unit::Radian => format!("{} [deg]", self.label()),
             Unit::Decibel => format!("{} [dB]", self.label()),
+            Unit::Nat => format!("{} [nat]", self.label()),
             Unit::Ratio => self.label().to_owned(),
         }
     }
 
-    /// A value as tables print it: metres to 0.1 mm, degrees to 0.001, decibels to 0.01, shares to 0.001.
+    /// A value as tables print it: metres to 0.1 mm, degrees to 0.001, decibels and nats to 0.01, shares to 0.001.
     pub fn display(self, value: f64) -> String {
         let (value, digits) = match self.unit() {
             Unit::Meter => (value, 4),
             Unit::Radian => (value.to_degrees(), 3),
-            Unit::Decibel => (value, 2),
+            Unit::Decibel | Unit::Nat => (value, 2),
             Unit::Ratio => (value, 3),
         };
         let text = format!("{value:.digits$}");
@@ -287,6 +304,7 @@ mod tests {
                 Unit::Meter => "_m",
                 Unit::Radian => "_rad",
                 Unit::Decibel => "_db",
+                Unit::Nat => "_nat",
                 Unit::Ratio => "",
             };
             assert!(metric.column().ends_with(suffix), "{metric:?}");

@@ -99,15 +99,15 @@ impl Scored {
 }
 
 impl Variant {
-    /// Refuses to train on fewer instances than the study scores as known.
-    pub fn knows(&self, scored: usize) -> Result<(), VariantError> {
-        match self.instances.filter(|&instances| instances < scored) {
-            Some(instances) => Err(VariantError {
-                variant: self.name.clone(),
-                reason: format!("instances is {instances}, but the first {scored} are scored as known"),
-            }),
-            None => Ok(()),
-        }
+    /// Refuses to train on more instances than there are, or on fewer than are scored as known.
+    pub fn fits(&self, there: usize, known: usize) -> Result<(), VariantError> {
+        let wrong = match self.instances {
+            Some(instances) if instances > there => format!("but the scene has {there} training instances"),
+            Some(instances) if instances < known => format!("but the first {known} are scored as known"),
+            _ => return Ok(()),
+        };
+        let instances = self.instances.unwrap_or_default();
+        Err(VariantError { variant: self.name.clone(), reason: format!("instances is {instances}, {wrong}") })
     }
 
     /// The whole training, `base` but for what differs; of nested settings only those that are named.
@@ -179,9 +179,11 @@ mod tests {
         let study: StudyFile = parse(&GOOD.replace("source: 0", "source: 2"), Path::new("x")).unwrap();
         let error = study.variants[1].training(&TrainingSpec::default()).unwrap_err().to_string();
         assert!(error.contains("source"), "{error}");
-        assert!(study.variants[0].knows(48).is_ok() && study.variants[1].knows(5).is_ok());
-        let error = study.variants[1].knows(6).unwrap_err().to_string();
-        assert!(error.contains("variant b: instances is 5"), "{error}");
+        assert!(study.variants[0].fits(48, 48).is_ok() && study.variants[1].fits(5, 5).is_ok());
+        for (there, known) in [(9, 6), (4, 0)] {
+            let error = study.variants[1].fits(there, known).unwrap_err().to_string();
+            assert!(error.contains("variant b: instances is 5"), "{error}");
+        }
         let twice = parse::<StudyFile>(&GOOD.replace("name: b", "name: a"), Path::new("x")).unwrap_err();
         assert!(twice.to_string().contains("twice"), "{twice}");
     }

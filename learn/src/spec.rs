@@ -183,7 +183,7 @@ impl Default for TrainingSpec {
             image_weight: 1.0,
             instance_term: InstanceTerm::default(),
             instance_sigma: 1.0,
-            instance_weight: 4.0,
+            instance_weight: 1.0,
             checkpoint_every: 250,
         }
     }

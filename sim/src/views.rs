@@ -15,12 +15,12 @@ use crate::object::{Catalog, Draw, Object};
 use crate::render::{Renderer, Shot, Tile, TileShot};
 use crate::scene::{ViewConditions, ViewsSpec};
 use crate::sensor::{bounds, fault, image};
-use nalgebra::{Point3, Vector2};
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use session::{Session, TARGET};
-use vantage_dataset::views::InstanceRecord;
+use vantage_dataset::views::{InstanceRecord, box_center_error};
 use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
-use vantage_dataset::{BoundingBox, Camera, Mask, Pose, Seed, Sighting, Split, View, ViewSet, Viewpoint};
+use vantage_dataset::{BoundingBox, Camera, Mask, Seed, Sighting, Split, View, ViewSet, Viewpoint};
 
 /// Side of a tile, pixels.
 const TILE_SIDE: u32 = 64;
@@ -238,11 +238,4 @@ impl<'a> Chunk<'a> {
         let corner = Vector2::new(sitting.center[0], sitting.center[1]).add_scalar(-sitting.side / 2.0);
         self.camera.ray_in_camera(&(corner + visible.center() * scale)).xy()
     }
-}
-
-/// See [`View::box_center_error`].
-fn box_center_error(measured: &Vector2<f64>, object_from_camera: &Pose, size: f64) -> [f64; 2] {
-    let center = object_from_camera.inverse() * Point3::origin();
-    let error = measured - center.coords.xy() / center.z;
-    (error * center.coords.norm() / size).into()
 }

@@ -109,6 +109,43 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
 }
 
 #[test]
+fn a_model_learns_from_a_home_in_the_layout_of_active_vision() {
+    let scene = SmallScene::new(&[
+        (CIRCLE, "grid: { spacing: 0.3, headings: 12, clearance: 0.35 }"),
+        ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 1.25, yaw_deg: 0, pitch_deg: -16"),
+        ("length: 6.5, width: 5.5", "length: 3.4, width: 3.2"),
+        ("width: 320, height: 240", "width: 160, height: 120"),
+        (
+            "training:\n  seed: 1",
+            "training:\n  seed: 1\n  model: { objective: viewpoint_predictive, trunk_steps: 2, steps: 2, batch: 4, \
+             trunk_batch: 8, measurement_dim: 8 }",
+        ),
+    ]);
+    dataset(&scene, "avd", "1").expect(0, &[]);
+    let home = scene.path("d/avd/Home_001_1");
+    let names = fs::read_to_string(home.join("present_instance_names.txt")).unwrap();
+    let names: Vec<&str> = names.lines().collect();
+    let (first, rest) = names.split_first().unwrap();
+    let import = |split: &str, objects: &str| {
+        let mut command = bench();
+        command.args(["import", "avd"]).arg(&home).args(["--views", "--split", split, "--objects", objects]);
+        Finished::of(command.arg("--out").arg(scene.path(split)))
+    };
+    import("train", &rest.join(",")).expect(0, &[]);
+    import("validation", first).expect(0, &[]);
+    import("test", "no_such_object").expect(2, &["no_such_object"]);
+    let set = read_views(&scene.path("train")).unwrap();
+    assert_eq!((set.split, set.instances.len()), (Split::Train, rest.len()));
+
+    let mut command = bench();
+    command.arg("train").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--views"]);
+    command.arg(scene.path("train")).arg("--validation-views").arg(scene.path("validation"));
+    command.arg("--cache").arg(scene.path("cache")).arg("--out").arg(scene.path("model"));
+    Finished::of(&mut command).expect(0, &[]);
+    assert!(scene.path("model/predictor.onnx").exists());
+}
+
+#[test]
 fn killed_layouts_are_gone_on_with_and_those_of_other_scenes_refused() {
     let scene = turntable();
     dataset(&scene, "bigbird", "1").expect(0, &[]);

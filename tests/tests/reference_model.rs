@@ -37,25 +37,6 @@ fn it_was_trained_as_every_scene_says() {
     assert!(compared > 0);
 }
 
-#[test]
-fn the_committed_results_are_of_the_shipped_scenes() {
-    let mut compared = 0;
-    for path in scenes() {
-        let file: SceneFile = scene_file::read(&path).unwrap();
-        let results = root().join("results").join(&file.name).join("results.json");
-        if !results.exists() {
-            assert!(file.robot.path.stations(), "{}: run `bench` on it", path.display());
-            continue;
-        }
-        let results: serde_json::Value =
-            serde_json::from_str(&std::fs::read_to_string(&results).unwrap()).unwrap();
-        let scene = scene_file::hash(&file).unwrap();
-        assert_eq!(results["scene_hash"], scene, "{}: run `bench` on it again", path.display());
-        compared += 1;
-    }
-    assert!(compared >= 6, "{compared} scenes have results");
-}
-
 /// Views are the same to the bit on one processor, adapter and driver only.
 #[test]
 #[ignore = "renders all views of the training: minutes"]

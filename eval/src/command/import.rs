@@ -4,11 +4,13 @@ use crate::cli::{ImportArgs, ImportLayout};
 use crate::exit::{BenchError, Exit};
 use crate::output::OutputFolder;
 use crate::progress::Progress;
-use std::collections::BTreeMap;
 use std::io::Write;
+use std::path::Path;
+use vantage_dataset::layout::ImportReport;
 use vantage_dataset::layout::avd::read_scan;
 use vantage_dataset::layout::bigbird::{object_folders, read_objects};
-use vantage_dataset::store::{write_episode, write_views};
+use vantage_dataset::store::{Provenance, write_episode, write_views};
+use vantage_dataset::{ObjectTruth, episode_views};
 
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
@@ -25,34 +27,10 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         return Err(BenchError::NotOurs { folder: args.out.clone() });
     }
     let source = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let provenance = BTreeMap::from([("imported".to_owned(), source.into())]);
+    let provenance = Provenance::from([("imported".to_owned(), source.into())]);
     let (report, what) = match args.layout {
-        ImportLayout::Bigbird => {
-            let mut folders = object_folders(&args.source)?;
-            if folders.is_empty() {
-                return Err(BenchError::NoObject {
-                    name: "of any object".to_owned(),
-                    folder: args.source.clone(),
-                });
-            }
-            let missing =
-                args.objects.iter().find(|name| !folders.iter().any(|folder| folder.ends_with(name)));
-            if let Some(name) = missing {
-                return Err(BenchError::NoObject { name: name.clone(), folder: args.source.clone() });
-            }
-            folders.retain(|folder| {
-                args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name))
-            });
-            let (set, report) = read_objects(&folders, args.split.into(), &|_| true)?;
-            write_views(out.path(), &set, provenance)?;
-            (report, format!("views of {} objects", set.instances.len()))
-        }
-        ImportLayout::Avd => {
-            let scan = read_scan(&args.source)?;
-            write_episode(out.path(), &scan.episode, provenance)?;
-            let steps = scan.episode.observations.steps();
-            (scan.report, format!("detections in {steps} images"))
-        }
+        ImportLayout::Bigbird => bigbird(args, out.path(), provenance)?,
+        ImportLayout::Avd => avd(args, out.path(), provenance)?,
     };
     for skipped in report.skipped.iter().take(TOLD) {
         progress.note(&format!("left out: {skipped}"));
@@ -62,4 +40,45 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     }
     writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;
     Ok(if report.views == 0 { Exit::NothingEvaluated } else { Exit::Success })
+}
+
+fn bigbird(
+    args: &ImportArgs,
+    out: &Path,
+    provenance: Provenance,
+) -> Result<(ImportReport, String), BenchError> {
+    let mut folders = object_folders(&args.source)?;
+    if folders.is_empty() {
+        let name = "of any object".to_owned();
+        return Err(BenchError::NoObject { name, folder: args.source.clone() });
+    }
+    all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
+    folders
+        .retain(|folder| args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name)));
+    let (set, report) = read_objects(&folders, args.split.into(), &|_| true)?;
+    write_views(out, &set, provenance)?;
+    Ok((report, format!("views of {} objects", set.instances.len())))
+}
+
+fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportReport, String), BenchError> {
+    let scan = read_scan(&args.source)?;
+    if !args.views {
+        write_episode(out, &scan.episode, provenance)?;
+        let steps = scan.episode.observations.steps();
+        return Ok((scan.report, format!("detections in {steps} images")));
+    }
+    all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
+    let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
+    let set = episode_views(&scan.episode, args.split.into(), &takes);
+    write_views(out, &set, provenance)?;
+    let report = ImportReport { views: set.views.len(), ..scan.report };
+    Ok((report, format!("views of {} objects", set.instances.len())))
+}
+
+/// Refuses names of objects that the data do not have.
+fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), BenchError> {
+    match args.objects.iter().find(|name| !known(name)) {
+        Some(name) => Err(BenchError::NoObject { name: name.clone(), folder: args.source.clone() }),
+        None => Ok(()),
+    }
 }

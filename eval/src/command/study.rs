@@ -12,13 +12,14 @@ use crate::render::{self, Style};
 use crate::report;
 use crate::results::Results;
 use crate::scene_file;
-use crate::study_file::{Scored, StudyFile};
+use crate::study_file::{Scored, StudyFile, VariantError};
 use crate::table::{Outcome, Run, Table};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use vantage_dataset::{Seed, Split};
+use vantage_learn::Objective;
 
 /// Folder of the cache that holds trained trunks.
 const TRUNKS: &str = "trunks";
@@ -29,11 +30,15 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let study: StudyFile = scene_file::read(&args.study)?;
     let scene = args.study.parent().unwrap_or(Path::new("")).join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
-    let known = pipeline.scene.view_conditions().views.instances(Split::Test);
+    let views = pipeline.scene.view_conditions().views;
+    let scored = (study.scored == Scored::Known).then(|| views.instances(Split::Test)).unwrap_or_default();
     for variant in &study.variants {
-        variant.training(&pipeline.file.training.model)?;
-        if study.scored == Scored::Known {
-            variant.knows(known)?;
+        let spec = variant.training(&pipeline.file.training.model)?;
+        variant.fits(views.instances(Split::Train), scored)?;
+        if spec.objective == Objective::ViewpointPredictive && views.odometry.is_none() {
+            let reason =
+                "the viewpoint-predictive model is trained on odometry: set views.odometry in the scene";
+            return Err(VariantError { variant: variant.name.clone(), reason: reason.to_owned() }.into());
         }
     }
     let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;

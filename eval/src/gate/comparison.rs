@@ -154,7 +154,7 @@ fn tolerance(metric: Metric) -> f64 {
     match metric.unit() {
         Unit::Meter => 0.001,
         Unit::Radian => 0.1f64.to_radians(),
-        Unit::Decibel => 0.1,
+        Unit::Decibel | Unit::Nat => 0.1,
         Unit::Ratio => 0.01,
     }
 }

@@ -4,7 +4,7 @@ use super::retrieval::{are_comparable, squared_distance};
 use hdbscan::{DistanceMetric, Hdbscan, HdbscanHyperParams};
 
 /// Fewest members of a cluster, and neighbours that make a place dense: scikit-learn's default, not tuned.
-const LEAST: usize = 5;
+pub const LEAST: usize = 5;
 
 /// What HDBSCAN found.
 #[derive(Clone, Debug, PartialEq, Eq)]

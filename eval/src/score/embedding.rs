@@ -1,7 +1,7 @@
 //! All that embeddings are scored by, whatever made them.
 
 use super::clustering::{ClusterScores, cluster_scores};
-use super::density::density_clusters;
+use super::density::{LEAST, density_clusters};
 use super::grounding::ground;
 use super::instance_posterior::{KnownInstances, instance_posterior};
 use super::retrieval::{Gallery, recall_at};
@@ -76,7 +76,9 @@ pub fn score_embeddings(embeddings: &[Vec<f32>], labels: &Labels, seed: Seed) ->
     given.extend(known_instances(embeddings, labels));
 
     let mut density = Scores::new();
-    if let Some(found) = density_clusters(embeddings) {
+    // Where an instance has fewer views than a cluster needs, none could be right.
+    let scarce = (0..instances).any(|own| truth.iter().filter(|&&other| other == own).count() < LEAST);
+    if let Some(found) = density_clusters(embeddings).filter(|_| !scarce) {
         if let Some(scores) = cluster_scores(truth, &found.labels()) {
             insert_clusters(&mut density, &scores);
         }

@@ -3,6 +3,7 @@
 pub mod align;
 pub mod ate;
 pub mod azimuth_information;
+pub mod bound;
 pub mod calibration;
 pub mod clustering;
 pub mod density;

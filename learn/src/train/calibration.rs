@@ -7,6 +7,18 @@ use crate::residual::{RESIDUALS_PER_DIMENSION, ResidualNoise};
 use nalgebra::DMatrix;
 use vantage_dataset::Seed;
 
+/// How many of a group's views tell its latent.
+fn encoded(views: usize, context: usize) -> usize {
+    context.min(views / 2)
+}
+
+/// Refuses views that would leave too few residuals, before anything is trained.
+pub(crate) fn are_enough(views: &Views, context: usize, dimension: usize) -> Result<(), TrainError> {
+    let got = views.groups.iter().map(|group| group.views.len() - encoded(group.views.len(), context)).sum();
+    let expected = RESIDUALS_PER_DIMENSION * dimension;
+    if got < expected { Err(TrainError::Calibration { got, dimension, expected }) } else { Ok(()) }
+}
+
 /// Fits the noise of `m(z) - m(e, x)`: `e` from some views of an instance, the residuals from its others.
 pub(crate) fn calibrated(
     predictions: &Predictions,
@@ -18,7 +30,7 @@ pub(crate) fn calibrated(
     for (index, group) in views.groups.iter().enumerate() {
         let mut order = group.views.clone();
         seed.stream("calibration", index as u64).shuffle(&mut order);
-        let (encoded, others) = order.split_at(context.min(order.len() / 2));
+        let (encoded, others) = order.split_at(encoded(order.len(), context));
         let latent = predictions.posterior(encoded[0], encoded).mean;
         let (expected, _) = predictions.decode(&latent, encoded[0], others);
         let measured = numbers(predictions.features.measurement(others, predictions.device));

@@ -45,6 +45,7 @@ pub use views::view_set_hash;
 
 use crate::architecture::Architecture;
 use crate::manifest::MANIFEST;
+use crate::role::Kind;
 use crate::spec::{Objective, TrainingSpec};
 use autoencoder::Bound;
 use burn::module::Module;
@@ -105,12 +106,15 @@ pub fn train(
     }
     let views = Views::new(training, Split::Train, TRAINING_INSTANCES, spec, seed)?;
     let held_out = Views::new(validation, Split::Validation, 1, spec, seed)?;
+    let architecture = Architecture::new(spec).expect("a valid spec has a large enough latent");
+    if architecture.kind() != Kind::Embedding {
+        calibration::are_enough(&held_out, spec.context as usize, architecture.measurement)?;
+    }
     std::fs::create_dir_all(folder).map_err(|error| files::unwritable(folder, &error))?;
     let manifest = folder.join(MANIFEST);
     if manifest.exists() {
         return Err(TrainError::AlreadyTrained { path: manifest });
     }
-    let architecture = Architecture::new(spec).expect("a valid spec has a large enough latent");
     let origin = Origin {
         data_hash: view_set_hash(training),
         validation_hash: view_set_hash(validation),

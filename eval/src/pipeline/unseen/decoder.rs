@@ -8,6 +8,7 @@ use super::likelihood::Likelihood;
 use crate::exit::BenchError;
 use crate::metric::Metric;
 use crate::score::azimuth_information::promised_deviation;
+use crate::score::bound::divergence;
 use crate::score::calibration::{REGIONS, calibration};
 use crate::score::embedding::Scores;
 use crate::score::psnr::{mean_crop, psnr};
@@ -54,13 +55,16 @@ pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) ->
             let answer = most_likely_azimuth(|candidate| at(candidate - azimuth).unwrap_or(f64::NAN));
             let trial = UnseenTrial { family, symmetry, azimuth, found: answer };
             found.promise(&trial, &likelihood, view, model);
+            found.by_image.extend(by_image(view, &latent, model, &trial));
             found.trials.push(trial);
             if symmetry == Symmetry::None {
                 found.curve(at);
             }
             found.residuals.extend(likelihood.whitened_residual(&view.viewpoint));
-            let single = LatentGaussian::posterior(dimension, std::slice::from_ref(factor)).mean;
-            found.own.extend(against(view, &single, model)?);
+            found.log_likelihoods.extend(likelihood.log_density(&view.viewpoint));
+            let single = LatentGaussian::posterior(dimension, std::slice::from_ref(factor));
+            found.divergences.push(divergence(&single));
+            found.own.extend(against(view, &single.mean, model)?);
             found.held_out.extend(against(view, &latent, model)?);
             found.mean_view.extend(mean_view.as_ref().map(|mean| psnr(&view.crop, mean)));
         }
@@ -74,9 +78,31 @@ fn against(view: &View, latent: &DVector<f64>, model: &dyn Viewing) -> Result<Op
     Ok(predicted.map(|predicted| psnr(&view.crop, &predicted)))
 }
 
+/// The trial with the azimuth from which the latent looks most like the crop, pixel by pixel; `None` of a surface of revolution,
+/// and of a model that cannot tell.
+fn by_image(
+    view: &View,
+    latent: &DVector<f64>,
+    model: &dyn Viewing,
+    trial: &UnseenTrial,
+) -> Option<ViewpointTrial> {
+    let trial = ViewpointTrial::from(trial.clone());
+    trial.error()?;
+    let likeness = |turn: f64| {
+        let predicted = model.reconstruct_view(latent, &view.viewpoint.turned(turn))?.ok()?;
+        Some(psnr(&view.crop, &predicted))
+    };
+    likeness(0.0)?;
+    let found = most_likely_azimuth(|azimuth| likeness(azimuth - trial.azimuth).unwrap_or(f64::NAN));
+    Some(ViewpointTrial { found, ..trial })
+}
+
 #[derive(Default)]
 struct Queries {
     trials: Vec<UnseenTrial>,
+    by_image: Vec<ViewpointTrial>,
+    log_likelihoods: Vec<f64>,
+    divergences: Vec<f64>,
     /// Promised deviations, radians, and whether the error was within 1.96 of them.
     promised: Vec<(f64, bool)>,
     /// Sum of the curves, and how many.
@@ -118,6 +144,10 @@ impl Queries {
             scores.insert(Metric::ViewpointMedian, shape.median);
             scores.insert(Metric::ViewpointRight, shape.right);
         }
+        let by_image = summarize(&self.by_image).model;
+        scores.extend(by_image.map(|shape| (Metric::ViewpointByImage, shape.median)));
+        scores.extend(mean(&self.log_likelihoods).map(|value| (Metric::LogLikelihood, value)));
+        scores.extend(mean(&self.divergences).map(|value| (Metric::Divergence, value)));
         self.promised.sort_by(|a, b| a.0.total_cmp(&b.0));
         let deviations: Vec<f64> = self.promised.iter().map(|(deviation, _)| *deviation).collect();
         if let Some(median) = quantile(&deviations, 0.5) {

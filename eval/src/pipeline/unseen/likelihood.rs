@@ -1,6 +1,7 @@
 //! `log p(m(z) | e, x_rel)` of one crop, over viewpoints.
 
 use crate::exit::BenchError;
+use crate::score::bound::student_t_log_density;
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Crop, Viewpoint};
 use vantage_learn::Viewing;
@@ -25,6 +26,14 @@ impl<'a> Likelihood<'a> {
         let squared = self.whitened_residual(viewpoint)?.norm_squared();
         let nu = self.model.noise().degrees_of_freedom;
         Some(-0.5 * (nu + self.measured.len() as f64) * libm::log1p(squared / nu))
+    }
+
+    /// `log p(m(z) | e, x)` at a viewpoint, nats.
+    pub(super) fn log_density(&self, viewpoint: &Viewpoint) -> Option<f64> {
+        let squared = self.whitened_residual(viewpoint)?.norm_squared();
+        let log_det = self.sqrt_information.diagonal().iter().map(|&r| libm::log(r)).sum();
+        let nu = self.model.noise().degrees_of_freedom;
+        Some(student_t_log_density(squared, self.measured.len(), nu, log_det))
     }
 
     /// `R (m(z) - m(e, x))`, `[d_m]`.

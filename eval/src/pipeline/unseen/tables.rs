@@ -94,6 +94,9 @@ pub(super) const OF_DECODER: UnseenTable = UnseenTable {
         Metric::ViewpointMedian,
         Metric::ViewpointPromised,
         Metric::ViewpointInside,
+        Metric::ViewpointByImage,
+        Metric::LogLikelihood,
+        Metric::Divergence,
     ],
 };
 /// Residuals against the law that the model claims for them.

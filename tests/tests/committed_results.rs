@@ -1,0 +1,52 @@
+//! The committed results are of the committed scenes and studies: whoever changes one makes its results again.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
+use std::path::{Path, PathBuf};
+use vantage_eval::results::{FILE_NAME, Results};
+use vantage_eval::scene_file::{self, SceneFile};
+use vantage_eval::study_file::StudyFile;
+use vantage_tests::root;
+
+fn files(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+    entries.filter(|path| path.extension().is_some_and(|extension| extension == "yaml")).collect()
+}
+
+fn results(name: &str) -> Option<Results> {
+    let folder = root().join("results").join(name);
+    folder.join(FILE_NAME).exists().then(|| Results::read(&folder).unwrap())
+}
+
+fn scene(path: &Path) -> (SceneFile, String) {
+    let file: SceneFile = scene_file::read(path).unwrap();
+    let hash = scene_file::hash(&file).unwrap();
+    (file, hash)
+}
+
+#[test]
+fn every_scene_with_a_path_has_results_that_are_of_it() {
+    for path in files("scenes") {
+        let (file, hash) = scene(&path);
+        match results(&file.name) {
+            Some(results) => assert_eq!(results.scene_hash, hash, "{}: run `bench` again", path.display()),
+            None => assert!(file.robot.path.stations(), "{}: run `bench` on it", path.display()),
+        }
+    }
+}
+
+#[test]
+fn every_study_has_results_that_are_of_it() {
+    for path in files("studies") {
+        // The scene that studies share lies beside them.
+        let Ok(study) = scene_file::read::<StudyFile>(&path) else {
+            scene(&path);
+            continue;
+        };
+        let of_scene = scene(&path.with_file_name(&study.scene)).1;
+        let results = results(&study.name);
+        let results = results.unwrap_or_else(|| panic!("{}: run `bench study` on it", path.display()));
+        let hash = scene_file::hash(&(&study, &of_scene)).unwrap();
+        assert_eq!(results.scene_hash, hash, "{}: run `bench study` again", path.display());
+    }
+}
