@@ -49,8 +49,8 @@ pub struct RunArgs {
     /// The scene file; there is always one but under another command.
     #[arg(value_name = "SCENE", required = true)]
     pub scene: Option<PathBuf>,
-    /// Folder that gets a folder of results by the scene's name.
-    #[arg(long, value_name = "DIR", default_value = "results")]
+    /// Folder that gets a folder of results by the scene's name: `results` for those that are committed.
+    #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// How it is made.
     #[command(flatten)]
@@ -171,8 +171,8 @@ pub struct StudyArgs {
     /// The study file.
     #[arg(value_name = "STUDY")]
     pub study: PathBuf,
-    /// Folder that gets a folder of results by the study's name.
-    #[arg(long, value_name = "DIR", default_value = "results")]
+    /// Folder that gets a folder of results by the study's name: `results` for those that are committed.
+    #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Folder of intermediate results, which a second run takes up.
     #[arg(long, value_name = "DIR", default_value = "cache")]
@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn a_scene_alone_has_documented_defaults() {
         let run = parse("scenes/tabletop.yaml").unwrap();
-        assert_eq!((run.out.as_path(), run.stages.cache.as_path()), ("results".as_ref(), "cache".as_ref()));
+        assert_eq!((run.out.as_path(), run.stages.cache.as_path()), ("out".as_ref(), "cache".as_ref()));
         assert_eq!(
             (run.stages.renderer, run.stages.seeds, run.stages.train),
             (RendererChoice::Auto, None, false)

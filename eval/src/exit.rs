@@ -105,6 +105,15 @@ pub enum BenchError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// A folder that is to be read is not there.
+    #[error("there is no folder {}", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Objects are chosen of an episode, which has all.
+    #[error("--objects chooses among the objects of a view set: add --views")]
+    ObjectsOfEpisode,
     /// A model's folder is not there.
     #[error(
         "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
@@ -208,7 +217,7 @@ pub enum BenchError {
     },
     /// A folder that a dataset was to be written to holds something else.
     #[error(
-        "{} holds something that is no dataset of ours: nothing was changed; choose another folder with --out",
+        "{} already holds something else: nothing was changed; choose a new or empty folder with --out",
         folder.display()
     )]
     NotOurs {
@@ -273,6 +282,8 @@ impl BenchError {
             | BenchError::Unsuitable { .. }
             | BenchError::OtherData { .. }
             | BenchError::NoPicture { .. }
+            | BenchError::NoFolder { .. }
+            | BenchError::ObjectsOfEpisode
             | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }

@@ -30,7 +30,7 @@ pub struct Results {
 #[derive(Debug, Error)]
 pub enum ResultsError {
     /// There is none.
-    #[error("no results at {}: run `bench` on the scene and commit what it writes", path.display())]
+    #[error("no results at {}: run `bench SCENE --out results` and commit what it writes", path.display())]
     Missing {
         /// Where it was looked for.
         path: PathBuf,

@@ -1,5 +1,6 @@
 //! What the integration tests share: the `bench` program, and a scene small enough to run often.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -19,6 +20,27 @@ pub fn bench() -> Command {
     let mut command = Command::new(program);
     command.current_dir(root());
     command
+}
+
+/// Every file below a folder, by its path in it.
+///
+/// # Panics
+/// If the folder cannot be read.
+pub fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("a path below the folder").to_owned();
+                found.insert(name, std::fs::read(&path).expect("a file"));
+            }
+        }
+    }
+    found
 }
 
 /// A folder with a small scene, `scene.yaml`, that takes a second: three objects, two seeds, the committed model.

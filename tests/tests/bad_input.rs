@@ -118,7 +118,19 @@ fn an_output_that_cannot_be_written_is_found_before_any_work() {
 }
 
 #[test]
+fn detections_of_nothing_alone_are_not_something_seen() {
+    let faults = "detector:\n    faults: { false_per_image: 0.2 }\n    min_visible_fraction: 0.35\n    min_mask_pixels: 100";
+    let detector = "detector: { min_visible_fraction: 0.35, min_mask_pixels: 100 }";
+    let scene = SmallScene::new(&[("yaw_deg: 90", "yaw_deg: -90"), (detector, faults)]);
+    scene.run().expect(4, &["no object was detected"]);
+}
+
+#[test]
 fn wrong_arguments_and_missing_files_end_with_2() {
+    Finished::of(bench().args(["models", "missing"])).expect(2, &["no folder missing"]);
+    let import = |more: &[&str]| Finished::of(bench().args(["import", "avd"]).args(more));
+    import(&["missing", "--out", "out"]).expect(2, &["no folder missing"]);
+    import(&["scenes", "--out", "out", "--objects", "a"]).expect(2, &["--views"]);
     Finished::of(bench().arg("--nonsense")).expect(2, &["--nonsense"]);
     Finished::of(&mut bench()).expect(2, &[]);
     Finished::of(bench().arg("scenes/missing.yaml")).expect(2, &["scenes/missing.yaml"]);

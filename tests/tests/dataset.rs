@@ -1,12 +1,10 @@
 //! `bench dataset`: episodes as files, taken up after an interruption, the same bytes as without one.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
-use vantage_tests::{Finished, SmallScene, bench};
+use vantage_tests::{Finished, SmallScene, bench, files};
 
 #[test]
 fn a_dataset_is_resumed_to_the_same_bytes() {
@@ -34,10 +32,32 @@ fn a_dataset_is_resumed_to_the_same_bytes() {
         "{}",
         resumed.stdout
     );
+    fs::remove_file(scene.path("b/0/odometry.csv")).unwrap();
+    let mended = write("b");
+    mended.expect(0, &["warning", "odometry.csv", "anew"]);
     for seed in ["0", "1"] {
         let manifest = |name: &str| fs::read(scene.path(name).join(seed).join("manifest.json")).unwrap();
         assert_eq!(manifest("a"), manifest("b"));
     }
+}
+
+#[test]
+fn more_seeds_are_counted_with_those_that_were_there() {
+    let scene = SmallScene::new(&[]);
+    for seeds in ["1", "2"] {
+        let mut command = bench();
+        command.arg("dataset").arg(scene.path("scene.yaml")).args([
+            "--renderer",
+            "reference",
+            "--seeds",
+            seeds,
+        ]);
+        Finished::of(command.arg("--out").arg(scene.path("d"))).expect(0, &[]);
+    }
+    let counted: serde_json::Value =
+        serde_json::from_slice(&fs::read(scene.path("d/episodes.json")).unwrap()).unwrap();
+    let seeds: Vec<&String> = counted["episodes"].as_object().unwrap().keys().collect();
+    assert_eq!(seeds, ["0", "1"]);
 }
 
 #[test]
@@ -56,24 +76,6 @@ fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
     assert!(graph.lines().filter(|line| line.starts_with("EDGE")).all(|line| line.split(' ').count() == 31));
 }
 
-/// Every file below a folder, by its path in it.
-#[expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
-            }
-        }
-    }
-    found
-}
-
 #[test]
 fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
     let scene = SmallScene::new(&[]);
@@ -85,7 +87,7 @@ fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
             "--seeds",
             "8",
         ]);
-        command.args(["--format", "vantage,webdataset,parquet,bop,bop-webdataset", "--out"]);
+        command.args(["--format", "vantage,webdataset,parquet,bop,bop-webdataset,tum,g2o", "--out"]);
         command.arg(scene.path(name));
         command
     };

@@ -2,10 +2,13 @@
 //! learns from.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+use std::time::Duration;
 use vantage_dataset::store::{read_episode, read_views};
 use vantage_dataset::{Seed, Split};
-use vantage_tests::{Finished, SmallScene, bench};
+use vantage_tests::{Finished, SmallScene, bench, files};
 
 const CIRCLE: &str = "circle: { radius: 1.6 }\n  laps: 0.4\n  speed: 0.3\n  steps: 12";
 
@@ -145,31 +148,50 @@ fn a_model_learns_from_a_home_in_the_layout_of_active_vision() {
     assert!(scene.path("model/predictor.onnx").exists());
 }
 
+/// Kills a run as soon as a file is there, goes on with it, and compares all that it wrote with an uninterrupted run.
+#[expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+fn assert_resumes(scene: &SmallScene, format: &str, seeds: &str, under_way: &dyn Fn(&Path) -> bool) {
+    let command = |name: &str| {
+        let mut command = bench();
+        command.arg("dataset").arg(scene.path("scene.yaml")).args([
+            "--renderer",
+            "reference",
+            "--seeds",
+            seeds,
+        ]);
+        command.args(["--format", format, "--out"]).arg(scene.path(name));
+        command
+    };
+    Finished::of(&mut command("whole")).expect(0, &[]);
+    let mut child = command("killed").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    while !under_way(&scene.path("killed").join(format)) {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before it could be killed");
+        thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(files(&scene.path("killed")).len() < files(&scene.path("whole")).len());
+    Finished::of(&mut command("killed")).expect(0, &[]);
+    let (whole, resumed) = (files(&scene.path("whole")), files(&scene.path("killed")));
+    assert!(whole.keys().eq(resumed.keys()), "{:?} and {:?}", whole.keys(), resumed.keys());
+    for (name, bytes) in &whole {
+        assert!(resumed[name] == *bytes, "{} differs", name.display());
+    }
+}
+
 #[test]
-fn killed_layouts_are_gone_on_with_and_those_of_other_scenes_refused() {
+fn killed_layouts_are_gone_on_with_to_the_same_bytes_and_those_of_other_scenes_refused() {
     let scene = turntable();
-    dataset(&scene, "bigbird", "1").expect(0, &[]);
-    fs::create_dir_all(scene.path("d/bigbird/.partial/left_over")).unwrap();
-    let more = dataset(&scene, "bigbird", "2");
-    more.expect(0, &[]);
-    assert!(
-        more.stdout.contains("1 episodes written") && more.stdout.contains("1 already"),
-        "{}",
-        more.stdout
-    );
+    let folders = |root: &Path| fs::read_dir(root).map_or(0, |entries| entries.flatten().count());
+    assert_resumes(&scene, "bigbird", "3", &|root| folders(root) > 2);
     let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
     fs::write(scene.path("scene.yaml"), text.replace("distance: 0.8,", "distance: 0.9,")).unwrap();
-    dataset(&scene, "bigbird", "2").expect(2, &["another scene"]);
+    let mut command = bench();
+    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", "3"]);
+    command.args(["--format", "bigbird", "--out"]).arg(scene.path("whole"));
+    Finished::of(&mut command).expect(2, &["another scene"]);
 
-    let home = apartment();
-    dataset(&home, "avd", "1").expect(0, &[]);
-    let whole = fs::read(home.path("d/avd/Home_001_1/image_structs.mat")).unwrap();
-    fs::write(home.path("d/avd/.Home_001_1.unfinished"), "").unwrap();
-    fs::remove_file(home.path("d/avd/Home_001_1/annotations.json")).unwrap();
-    dataset(&home, "avd", "1").expect(0, &[]);
-    assert_eq!(fs::read(home.path("d/avd/Home_001_1/image_structs.mat")).unwrap(), whole);
-    assert!(home.path("d/avd/Home_001_1/annotations.json").exists());
-    assert!(!home.path("d/avd/.Home_001_1.unfinished").exists());
+    assert_resumes(&apartment(), "avd", "1", &|root| folders(&root.join("Home_001_1/jpg_rgb")) > 5);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! `bench check SCENE`: fresh results against the committed ones.
 
-use super::score::score;
+use super::score::{score, seeds};
 use crate::cli::CheckArgs;
 use crate::exit::{BenchError, Exit};
-use crate::gate::{Machine, compare};
+use crate::gate::{Machine, comparable, compare};
 use crate::render::Style;
 use crate::results::Results;
 use crate::scene_file::{self, SceneFile};
@@ -14,6 +14,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let scene: SceneFile = scene_file::read(&args.scene)?;
     let folder = args.baseline.join(&scene.name);
     let baseline = Results::read(&folder)?;
+    comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
     let fresh = score(&args.scene, &args.stages)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::Terminal))?;

@@ -17,6 +17,12 @@ const TOLD: usize = 10;
 
 /// Reads, writes, and tells what was left out.
 pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    if !args.source.is_dir() {
+        return Err(BenchError::NoFolder { folder: args.source.clone() });
+    }
+    if args.layout == ImportLayout::Avd && !args.views && !args.objects.is_empty() {
+        return Err(BenchError::ObjectsOfEpisode);
+    }
     if args.out.is_file() {
         return Err(BenchError::NotOurs { folder: args.out.clone() });
     }

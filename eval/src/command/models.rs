@@ -13,6 +13,9 @@ const TIMED: usize = 31;
 
 /// Loads each model with all checks, and prints what it is.
 pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    if let Some(folder) = args.folders.iter().find(|folder| !folder.is_dir()) {
+        return Err(BenchError::NoFolder { folder: folder.clone() });
+    }
     for folder in &args.folders {
         let model = Model::load(folder)?;
         writeln!(stdout, "{}\n", folder.display())?;

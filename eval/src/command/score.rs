@@ -13,6 +13,7 @@ use crate::progress::Progress;
 use crate::render::{self, Style};
 use crate::report;
 use crate::results::Results;
+use crate::scene_file::SceneFile;
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
 use crate::table::Outcome;
 use std::io::Write;
@@ -32,42 +33,41 @@ pub struct Scored {
     pub answers: Vec<(Seed, Vec<Answer>)>,
     /// Scores on unseen instances, one a seed.
     pub unseen: Vec<Unseen>,
-    /// Detections in all episodes.
+    /// Detections of objects in all episodes.
     pub detections: usize,
     /// Name of the semantic row.
     pub semantic_row: &'static str,
 }
 
+/// The seeds that are asked for.
+pub(super) fn seeds(file: &SceneFile, stages: &StageArgs) -> Vec<Seed> {
+    match stages.seeds {
+        Some(count) => (0..count).map(Seed).collect(),
+        None => file.evaluation.seeds.as_slice().to_vec(),
+    }
+}
+
 /// Runs the line on a scene.
 pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer)?;
-    let seeds = match stages.seeds {
-        Some(count) => (0..count).map(Seed).collect(),
-        None => pipeline.file.evaluation.seeds.as_slice().to_vec(),
-    };
+    let seeds = seeds(&pipeline.file, stages);
     let mut manifest = Manifest::new(&pipeline.scene_hash, &seeds);
     manifest.renderer = renderer(&pipeline);
     manifest.options = serde_json::to_value(stages)?;
     let mut clock = Clock { manifest: &mut manifest, start: Instant::now() };
 
-    let chosen = chosen_model(&pipeline, stages.train, stages.model.as_deref());
-    if let Some(folder) = chosen.as_deref().filter(|folder| !folder.is_dir()) {
-        return Err(BenchError::NoModel { folder: folder.to_owned() });
-    }
+    let chosen = chosen_model(&pipeline, stages.train, stages.model.as_deref())?;
     let loaded = model(&pipeline, chosen.as_deref())?;
     clock.stage("model");
+    let tests = test_views(&pipeline, &seeds)?;
+    clock.stage("test views");
     let episodes = episodes(&pipeline, &seeds, Split::Test)?;
     clock.stage("episodes");
     let answers = estimates(&pipeline, &episodes, &loaded)?;
     clock.stage("estimates");
     let viewing = loaded.model.viewing();
-    let unseen = unseen(
-        &pipeline,
-        &test_views(&pipeline, &seeds)?,
-        Subject::Viewing(&*viewing),
-        &loaded.hash,
-        |set| loaded.check_set(set),
-    )?;
+    let unseen =
+        unseen(&pipeline, &tests, Subject::Viewing(&*viewing), &loaded.hash, |set| loaded.check_set(set))?;
     clock.stage("unseen instances");
     let scored =
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;
@@ -109,9 +109,17 @@ pub(super) fn renderer(pipeline: &Pipeline) -> Renderer {
 }
 
 /// The folder of the model to load, the named one before the scene's own; `None` to train one.
-pub(super) fn chosen_model(pipeline: &Pipeline, train: bool, named: Option<&Path>) -> Option<PathBuf> {
+pub(super) fn chosen_model(
+    pipeline: &Pipeline,
+    train: bool,
+    named: Option<&Path>,
+) -> Result<Option<PathBuf>, BenchError> {
     let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
-    if train { None } else { named.map(Path::to_owned).or_else(committed) }
+    let chosen = if train { None } else { named.map(Path::to_owned).or_else(committed) };
+    match chosen {
+        Some(folder) if !folder.is_dir() => Err(BenchError::NoModel { folder }),
+        chosen => Ok(chosen),
+    }
 }
 
 fn dataset_hash(episodes: &[(Seed, Result<EpisodeFolder, String>)]) -> String {

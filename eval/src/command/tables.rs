@@ -11,7 +11,7 @@ use crate::score::rpe::rpe;
 use crate::table::{Outcome, Run, Table};
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
-use vantage_dataset::{Seed, Truth};
+use vantage_dataset::{Detection, Seed, Truth};
 use vantage_learn::{Kind, Manifest as ModelManifest, Objective};
 use vantage_slam::Row;
 
@@ -28,7 +28,7 @@ const TRAJECTORY: [Metric; 7] = [
 pub struct Tables {
     /// `trajectory`, and those of unseen instances.
     pub tables: Vec<Table>,
-    /// Detections in all episodes.
+    /// Detections of objects in all episodes.
     pub detections: usize,
 }
 
@@ -49,8 +49,10 @@ pub fn tables(
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
         let truth = match episode {
             Ok(episode) => {
-                detections += read_observations(&episode.folder)?.detections.len();
                 let truth = read_truth(&episode.folder)?;
+                let of_objects = |detection: &&Detection| detection.track < truth.objects.len();
+                detections +=
+                    read_observations(&episode.folder)?.detections.iter().filter(of_objects).count();
                 model.check_unseen(truth.objects.iter().map(|object| object.instance))?;
                 Some(truth)
             }

@@ -8,7 +8,7 @@ pub enum GateError {
     /// The baseline is of another scene file.
     #[error(
         "the baseline was made from another state of the scene {scene} (hash {baseline}, now {fresh}): run `bench` on \
-         it again and commit the new results"
+         it again with `--out results` and commit what it writes"
     )]
     Scene {
         /// The scene.

@@ -1,14 +1,15 @@
-//! What results were made on: where that is the same, every difference comes from the code.
+//! What results were made on, and with which model: where these are the same, every difference comes from the code.
 
 use crate::manifest::{FILE_NAME, Host, Manifest, Renderer};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The part of a manifest that tells what computed and rendered.
+/// The part of a manifest that tells what computed and rendered, and which model was asked.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Machine {
     renderer: Renderer,
     host: Host,
+    model_hash: Option<String>,
 }
 
 impl Machine {
@@ -19,7 +20,8 @@ impl Machine {
 
     /// That of a manifest.
     pub fn of(manifest: &Manifest) -> Self {
-        Self { renderer: manifest.renderer.clone(), host: manifest.host.clone() }
+        let Manifest { renderer, host, model_hash, .. } = manifest.clone();
+        Self { renderer, host, model_hash }
     }
 
     /// A sentence on what the baseline was made on, as seen from here.
@@ -45,6 +47,10 @@ impl Machine {
             .filter(|part| part(self) != part(baseline))
             .map(|part| format!("{}, here {}", part(baseline), part(self)))
             .collect();
+        if self.model_hash != baseline.model_hash {
+            return "The baseline was made with another model: what differs may come from that alone.\n"
+                .to_owned();
+        }
         if others.is_empty() {
             "The baseline was made on such a processor, with the same renderer and driver: what differs comes from the code.\n"
                 .to_owned()
@@ -75,6 +81,9 @@ mod tests {
         let baseline = Machine::read(folder.path()).unwrap();
         assert_eq!(baseline, here);
         assert!(here.compared_with(Some(&baseline)).contains("comes from the code"));
+        manifest.model_hash = Some("def".to_owned());
+        assert!(Machine::of(&manifest).compared_with(Some(&baseline)).contains("another model"));
+        manifest.model_hash = None;
         manifest.renderer.driver = Some("Mesa 23".to_owned());
         manifest.host.cpu = Some("Zilog Z80".to_owned());
         let said = Machine::of(&manifest).compared_with(Some(&baseline));

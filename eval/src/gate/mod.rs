@@ -17,25 +17,37 @@ pub use verdict::Verdict;
 
 use crate::results::Results;
 use crate::table::Table;
+use vantage_dataset::Seed;
+
+/// Refuses a baseline of another state of the scene or of other seeds, before anything is made to be compared with it.
+pub fn comparable(baseline: &Results, scene: &str, hash: &str, seeds: &[Seed]) -> Result<(), GateError> {
+    of_scene(baseline, scene, hash)?;
+    baseline.tables.iter().try_for_each(|table| of_seeds(table, seeds))
+}
+
+fn of_scene(baseline: &Results, scene: &str, hash: &str) -> Result<(), GateError> {
+    if (baseline.scene.as_str(), baseline.scene_hash.as_str()) == (scene, hash) {
+        return Ok(());
+    }
+    let (baseline, fresh) = (baseline.scene_hash.clone(), hash.to_owned());
+    Err(GateError::Scene { scene: scene.to_owned(), baseline, fresh })
+}
+
+fn of_seeds(baseline: &Table, seeds: &[Seed]) -> Result<(), GateError> {
+    if baseline.seeds() == seeds {
+        return Ok(());
+    }
+    let (table, baseline) = (baseline.name().to_owned(), baseline.seeds().len());
+    Err(GateError::Seeds { table, baseline, fresh: seeds.len() })
+}
 
 /// Compares `fresh` with `baseline`, score by score.
 pub fn compare(baseline: &Results, fresh: &Results) -> Result<Verdict, GateError> {
-    if (&baseline.scene, &baseline.scene_hash) != (&fresh.scene, &fresh.scene_hash) {
-        return Err(GateError::Scene {
-            scene: fresh.scene.clone(),
-            baseline: baseline.scene_hash.clone(),
-            fresh: fresh.scene_hash.clone(),
-        });
-    }
+    of_scene(baseline, &fresh.scene, &fresh.scene_hash)?;
     let mut comparisons = Vec::new();
     for old in &baseline.tables {
         let new = named(fresh, old.name());
-        if let Some(new) = new
-            && new.seeds() != old.seeds()
-        {
-            let (baseline, fresh) = (old.seeds().len(), new.seeds().len());
-            return Err(GateError::Seeds { table: old.name().to_owned(), baseline, fresh });
-        }
+        new.map_or(Ok(()), |new| of_seeds(old, new.seeds()))?;
         comparisons.extend(Comparison::of_tables(Some(old), new));
     }
     if comparisons.iter().all(|comparison| comparison.baseline.is_none()) {
@@ -57,7 +69,6 @@ mod tests {
     use crate::render::Style;
     use crate::table::tests::{METHODS, runs, table};
     use crate::table::{Outcome, Run};
-    use vantage_dataset::Seed;
 
     fn results(runs: Vec<Run>) -> Results {
         Results::new("tabletop", "abc", vec![table(runs).unwrap()])
@@ -156,6 +167,10 @@ mod tests {
     fn other_scenes_and_seeds_are_not_compared() {
         let other = Results::new("tabletop", "abd", vec![table(runs()).unwrap()]);
         assert!(matches!(compare(&results(runs()), &other), Err(GateError::Scene { .. })));
+        let four: Vec<Seed> = (0..4).map(Seed).collect();
+        assert_eq!(comparable(&other, "tabletop", "abd", &four), Ok(()));
+        assert!(matches!(comparable(&other, "tabletop", "abc", &four), Err(GateError::Scene { .. })));
+        assert!(matches!(comparable(&other, "tabletop", "abd", &four[..3]), Err(GateError::Seeds { .. })));
         let seeds: Vec<Seed> = (0..3).map(Seed).collect();
         let fewer = runs().into_iter().filter(|r| r.seed < Seed(3)).collect();
         let metrics = [Metric::Ate, Metric::Heading];

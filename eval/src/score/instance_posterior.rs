@@ -88,6 +88,19 @@ impl KnownInstances {
         let freedom = (embeddings.len() - count) * length;
         (freedom > 0).then(|| Self { means, sigma: (squares / freedom as f64).sqrt() })
     }
+
+    /// `P(beta | e)` of each instance, under a uniform prior.
+    pub fn posterior(&self, embedding: &[f32]) -> Vec<f64> {
+        let logs: Vec<f64> = self
+            .means
+            .iter()
+            .map(|mean| -squared_distance(embedding, mean) / (2.0 * self.sigma * self.sigma))
+            .collect();
+        let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let shares: Vec<f64> = logs.iter().map(|log| libm::exp(log - most)).collect();
+        let sum: f64 = shares.iter().sum();
+        shares.into_iter().map(|share| share / sum).collect()
+    }
 }
 
 #[cfg(test)]
@@ -95,6 +108,16 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use vantage_dataset::Seed;
+
+    #[test]
+    fn the_posterior_of_each_instance_sums_to_one_and_agrees_with_the_score() {
+        let known = KnownInstances { means: vec![vec![0.0], vec![2.0], vec![7.0]], sigma: 0.5 };
+        let posterior = known.posterior(&[0.9]);
+        assert_relative_eq!(posterior.iter().sum::<f64>(), 1.0, epsilon = 1e-12);
+        let scored = instance_posterior(&[vec![0.9]], &[0], &known.means, known.sigma).unwrap();
+        assert_relative_eq!(posterior[0], scored.probability, epsilon = 1e-9);
+        assert!(known.posterior(&[1e4]).iter().all(|share| share.is_finite()));
+    }
 
     #[test]
     fn the_posterior_of_two_known_instances_is_a_logistic() {

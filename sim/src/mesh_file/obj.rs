@@ -17,11 +17,11 @@ const MAX_INDEX_DIGITS: usize = 10;
 
 /// Reads an OBJ file and all it names.
 pub(crate) fn read(files: &mut Files<'_>, path: &Path) -> Result<Soup, MeshFileError> {
-    let text = files.main()?;
-    check(&text).map_err(|fault| files.error(fault))?;
+    let text = plain(&files.main()?);
+    check(text.as_bytes()).map_err(|fault| files.error(fault))?;
     let failed = RefCell::new(None);
     let shared = RefCell::new(&mut *files);
-    let loaded = tobj::load_obj_buf(&mut text.as_slice(), &GPU_LOAD_OPTIONS, |name| {
+    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &GPU_LOAD_OPTIONS, |name| {
         materials(&mut shared.borrow_mut(), &name.to_string_lossy()).map_err(|error| {
             failed.borrow_mut().get_or_insert(error);
             LoadError::OpenFileFailed
@@ -39,6 +39,11 @@ pub(crate) fn read(files: &mut Files<'_>, path: &Path) -> Result<Soup, MeshFileE
         soup.parts.push(part);
     }
     Ok(soup)
+}
+
+/// The text without a byte-order mark; what is no UTF-8, as names and comments of old exporters, becomes a mark of its own.
+fn plain(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).into_owned()
 }
 
 /// Refuses what would take too much memory, and what the parser takes for something else.
@@ -78,9 +83,9 @@ fn materials(
     files: &mut Files<'_>,
     name: &str,
 ) -> Result<(Vec<tobj::Material>, std::collections::HashMap<String, usize>), MeshFileError> {
-    let text = files.read(name)?;
+    let text = plain(&files.read(name)?);
     let syntax = |reason: String| MeshFault::Syntax { name: name.to_owned(), reason };
-    for line in text.split(|&byte| byte == b'\n') {
+    for line in text.as_bytes().split(|&byte| byte == b'\n') {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
         if let Some(key @ (b"Ka" | b"Kd" | b"Ks" | b"Ke")) = words.next()
             && words.count() < 3
@@ -89,7 +94,7 @@ fn materials(
             return Err(files.error(syntax(format!("`{key}` needs three numbers"))));
         }
     }
-    tobj::load_mtl_buf(&mut text.as_slice()).map_err(|error| files.error(syntax(error.to_string())))
+    tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| files.error(syntax(error.to_string())))
 }
 
 /// The materials with their images, and the white of faces without a material behind them.

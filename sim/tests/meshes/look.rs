@@ -141,6 +141,16 @@ fn textured_gltf(image: &RgbImage) -> Value {
 }
 
 #[test]
+fn marks_and_names_of_old_exporters_are_read() {
+    let folder = cube_folder();
+    let plain = load(write(folder.path(), "plain.obj", &obj_cube()));
+    let text = [b"\xef\xbb\xbf# of M\xfcller\n".as_slice(), obj_cube().as_bytes()].concat();
+    let path = folder.path().join("marked.obj");
+    fs::write(&path, text).unwrap();
+    assert_eq!(load(path).object.model.mesh.positions, plain.object.model.mesh.positions);
+}
+
+#[test]
 fn gltf_and_glb_give_the_same_cube_as_obj() {
     let folder = cube_folder();
     let gltf = textured_gltf(&flag(64));

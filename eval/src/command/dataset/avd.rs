@@ -30,7 +30,7 @@ impl Avd {
     pub fn open(root: &Path, source: &Source<'_>, provenance: &Provenance) -> Result<Self, BenchError> {
         let unsuitable = |reason: String| Err(BenchError::Unsuitable { format: "avd", reason });
         let PathSpec::Grid { spacing, headings, .. } = &source.scene.robot().path else {
-            return unsuitable("robot.path is no grid".to_owned());
+            return unsuitable("robot.path is not grid".to_owned());
         };
         if *headings != HEADINGS || (spacing - GRID).abs() > TOLERANCE {
             return unsuitable(format!(

@@ -31,7 +31,7 @@ impl BigBird {
         let scene = source.scene;
         let unsuitable = |reason: String| BenchError::Unsuitable { format: "bigbird", reason };
         let PathSpec::Turntable { elevations_deg, angles, .. } = &scene.robot().path else {
-            return Err(unsuitable("robot.path is none of turntable".to_owned()));
+            return Err(unsuitable("robot.path is not turntable".to_owned()));
         };
         if elevations_deg.len() != CAMERAS {
             let got = elevations_deg.len();

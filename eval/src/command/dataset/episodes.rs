@@ -3,6 +3,7 @@
 use super::{Format, Index, Need};
 use crate::exit::BenchError;
 use crate::output::{OutputError, OutputFolder};
+use crate::progress::Progress;
 use std::fs;
 use std::path::Path;
 use vantage_dataset::store::{Provenance, StoreError, verify, write_episode};
@@ -12,12 +13,13 @@ use vantage_dataset::{Episode, Seed};
 pub struct Episodes<'a> {
     out: &'a OutputFolder,
     provenance: Provenance,
+    progress: &'a Progress,
 }
 
 impl<'a> Episodes<'a> {
     /// Below `out`.
-    pub fn new(out: &'a OutputFolder, provenance: Provenance) -> Self {
-        Self { out, provenance }
+    pub fn new(out: &'a OutputFolder, provenance: Provenance, progress: &'a Progress) -> Self {
+        Self { out, provenance, progress }
     }
 }
 
@@ -38,8 +40,14 @@ impl Format for Episodes<'_> {
             Ok(manifest) if manifest.provenance == self.provenance => Ok(Need::Nothing),
             Ok(manifest) if !self.is_older(&manifest.provenance) => Err(BenchError::OtherData { folder }),
             Err(error @ StoreError::Newer { .. }) => Err(error.into()),
-            _ if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
-            _ => Ok(Need::Episode),
+            Ok(_) => Ok(Need::Episode),
+            Err(_) if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
+            Err(damage) => {
+                if folder.exists() {
+                    self.progress.note(&format!("warning: {damage}; it is written anew"));
+                }
+                Ok(Need::Episode)
+            }
         }
     }
 
@@ -56,10 +64,11 @@ impl Format for Episodes<'_> {
     }
 }
 
-/// Whether a folder has something in it, and not what every episode has.
+/// Whether a folder has something in it, and nothing of what every episode has.
 fn is_foreign(folder: &Path) -> bool {
     let holds_any = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    holds_any && !folder.join("odometry.csv").exists() || folder.is_file()
+    let ours = ["manifest.json", "odometry.csv"].iter().any(|name| folder.join(name).exists());
+    holds_any && !ours || folder.is_file()
 }
 
 fn remove(folder: &Path) -> std::io::Result<()> {

@@ -29,6 +29,7 @@ use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed, Split};
 use vantage_sim::capture::capture;
 use vantage_sim::episode::{OnLook, observe};
+use vantage_sim::error::Progress as Looked;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::Renderer;
 use vantage_sim::render::choice::open;
@@ -155,7 +156,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         scene: &scene,
         seeds: &seeds,
         split,
-        provenance: of_all.clone(),
+        provenance: of_all,
         progress: &progress,
     };
 
@@ -164,7 +165,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     for (_, format) in asked {
         let at = |name: &str| out.path().join(name);
         formats.push(match format {
-            DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone())),
+            DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone(), &progress)),
             DatasetFormat::Tum => Box::new(Trajectories::tum(&out)),
             DatasetFormat::G2o => Box::new(Trajectories::g2o(&out)),
             DatasetFormat::Webdataset => {
@@ -180,8 +181,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
             DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source, &provenance)?),
         });
     }
-    let mut index = Index::read(&out, of_all);
-    let mut maker = Maker { scene: &scene, split, renderer: opened.renderer };
+    let mut index = Index::read(&out, provenance.clone());
+    let mut maker = Maker { scene: &scene, progress: &progress, split, renderer: opened.renderer };
     let stage = progress.stage("episodes", seeds.len() as u64);
     let (mut written, mut kept, mut failure) = (0, 0, None);
     for &seed in &seeds {
@@ -208,7 +209,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         Some(error) if written + kept == 0 => Err(error.into()),
         _ if index.is_without_crops() => {
             progress.note(
-                "warning: no detection in any image; look at the scene with `bench look`, and lower \
+                "warning: no detection of an object in any image; look at the scene with `bench look`, and lower \
                  sensors.detector.min_mask_pixels or min_visible_fraction",
             );
             Ok(Exit::NothingEvaluated)
@@ -219,6 +220,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
 
 struct Maker<'a> {
     scene: &'a CheckedScene,
+    progress: &'a Progress,
     split: Split,
     renderer: Box<dyn Renderer>,
 }
@@ -261,7 +263,14 @@ impl Maker<'_> {
         };
         let each: Option<&mut OnLook<'_, BenchError>> =
             if most == Need::Captures { Some(&mut on_look) } else { None };
-        let episode = observe(self.scene, &rollout, self.renderer.as_mut(), &mut |_| {}, each)?;
+        let images = self.progress.stage(&format!("images of seed {}", seed.0), rollout.steps() as u64);
+        let mut done = 0;
+        let mut looked = |progress: Looked| {
+            images.advance(progress.done.saturating_sub(done));
+            done = progress.done;
+        };
+        let episode = observe(self.scene, &rollout, self.renderer.as_mut(), &mut looked, each)?;
+        drop(images);
         index.count(&episode);
         for (_, format) in active.iter_mut().filter(|(need, _)| *need >= Need::Episode) {
             format.episode(&episode)?;

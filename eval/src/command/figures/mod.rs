@@ -10,24 +10,30 @@ use crate::figure::embedding_map::EmbeddingMap;
 use crate::figure::tsne::tsne;
 use crate::output::OutputFolder;
 use crate::pipeline::{Pipeline, any_model, check_unseen, views};
+use crate::score::instance_posterior::KnownInstances;
 use looks::Looks;
 use std::io::Write;
 use vantage_dataset::{Crop, Seed, Split, View, ViewSet};
-use vantage_learn::Model;
 
 /// Draws the test instances of the scene's first seed: their latents as t-SNE and, of models that know looks from viewpoints,
 /// predictions and likelihoods over viewpoints.
 pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
-    let (model, folder) =
-        any_model(&pipeline, chosen_model(&pipeline, false, args.model.as_deref()).as_deref())?;
+    let chosen = chosen_model(&pipeline, false, args.model.as_deref())?;
+    let (model, folder) = any_model(&pipeline, chosen.as_deref())?;
     let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
     let (set, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
     check_unseen(model.training_instances(), &folder, set.instances.iter().map(|instance| instance.id))?;
 
-    let (svg, png) = latents(&set, &model)?;
+    let embed = |view: &View| -> Result<Vec<f32>, BenchError> {
+        let numbers = model.embed(&view.crop, Some(&view.viewpoint))?;
+        Ok(numbers.into_iter().map(|number| number as f32).collect())
+    };
+    let embeddings: Vec<Vec<f32>> = set.views.iter().map(embed).collect::<Result<_, _>>()?;
+    let (svg, png) = latents(&set, &embeddings)?;
     let mut drawn = vec![("latents.svg", svg.into_bytes()), ("latents.png", png)];
+    drawn.extend(posteriors(&set, &embeddings).map(|csv| ("instances.csv", csv.into_bytes())));
     match model.viewing() {
         Some(viewing) => {
             let looks = Looks::new(&set, &*viewing)?;
@@ -55,19 +61,35 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
 }
 
 /// The map of the embeddings of all views as SVG, and with images as PNG.
-fn latents(set: &ViewSet, model: &Model) -> Result<(String, Vec<u8>), BenchError> {
-    let embed = |view: &View| -> Result<Vec<f32>, BenchError> {
-        let numbers = model.embed(&view.crop, Some(&view.viewpoint))?;
-        Ok(numbers.into_iter().map(|number| number as f32).collect())
-    };
-    let embeddings: Vec<Vec<f32>> = set.views.iter().map(embed).collect::<Result<_, _>>()?;
-    let points = tsne(&embeddings).ok_or(FigureError::Empty { figure: "t-SNE" })?;
+fn latents(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<(String, Vec<u8>), BenchError> {
+    let points = tsne(embeddings).ok_or(FigureError::Empty { figure: "t-SNE" })?;
     let groups: Vec<usize> = set.views.iter().map(|view| view.instance).collect();
     let names = names(set);
     let crops: Vec<&Crop> = set.views.iter().map(|view| &view.crop).collect();
     let title = format!("t-SNE of latents, one of each view; a colour for each of {} instances", names.len());
     let map = EmbeddingMap { title: &title, points: &points, groups: &groups, names: &names, crops: &crops };
     Ok((map.svg()?, map.png()?))
+}
+
+/// Which of the instances that even sessions show made each view of the odd ones, `P(beta | z)`, with its probability; `None` where
+/// an instance has no view of an even session.
+fn posteriors(set: &ViewSet, embeddings: &[Vec<f32>]) -> Option<String> {
+    let of = |odd: usize| {
+        set.views.iter().zip(embeddings).enumerate().filter(move |(_, (v, _))| v.session % 2 == odd)
+    };
+    let (known, instances): (Vec<Vec<f32>>, Vec<usize>) =
+        of(0).map(|(_, (view, embedding))| (embedding.clone(), view.instance)).unzip();
+    let known = KnownInstances::fit(&known, &instances, set.instances.len())?;
+    let names = names(set);
+    let mut csv = "view,instance,most_likely,probability,probability_of_instance\n".to_owned();
+    for (index, (view, embedding)) in of(1) {
+        let posterior = known.posterior(embedding);
+        let (found, most) =
+            posterior.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        let (own, right) = (&names[view.instance], posterior[view.instance]);
+        csv += &format!("{index},{own},{},{most},{right}\n", names[found]);
+    }
+    Some(csv)
 }
 
 /// Family and number of each instance, as titles have it.
