@@ -87,7 +87,7 @@ fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
             "--seeds",
             "8",
         ]);
-        command.args(["--format", "vantage,webdataset,parquet,bop,bop-webdataset,tum,g2o", "--out"]);
+        command.args(["--format", "vantage,webdataset,parquet,bop,bop-webdataset", "--out"]);
         command.arg(scene.path(name));
         command
     };

@@ -121,7 +121,7 @@ fn a_model_learns_from_a_home_in_the_layout_of_active_vision() {
         (
             "training:\n  seed: 1",
             "training:\n  seed: 1\n  model: { objective: viewpoint_predictive, trunk_steps: 2, steps: 2, batch: 4, \
-             trunk_batch: 8, measurement_dim: 8 }",
+             trunk_batch: 8, measurement_dim: 4 }",
         ),
     ]);
     dataset(&scene, "avd", "1").expect(0, &[]);

@@ -23,7 +23,7 @@ fn the_committed_model_is_described() {
 fn faults_are_told_with_their_place_and_end_with_5() {
     let scene = SmallScene::new(&[]);
     let models = |name: &str| Finished::of(bench().arg("models").arg(scene.path(name)));
-    models("missing").expect(5, &["model.yaml", "docs/models.md"]);
+    models("missing").expect(2, &["no folder"]);
     Finished::of(bench().arg("models")).expect(2, &["DIR"]);
 
     let manifest = fs::read_to_string(root().join("models/objects/model.yaml")).expect("the committed model");
