@@ -78,7 +78,7 @@ pub enum Metric {
     ViewpointPromised,
     /// Share of azimuth errors within 1.96 promised deviations.
     ViewpointInside,
-    /// Median azimuth error where all pixels of the predicted image are compared, not the reduced measurement.
+    /// Median azimuth error where all pixels of the predicted image are compared, not the reduced measurement; one view an instance.
     ViewpointByImage,
     /// Mean log-likelihood of a reduced measurement by the latent of views of other sessions: [`crate::score::bound`].
     LogLikelihood,

@@ -47,7 +47,7 @@ pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) ->
         let seen: Vec<LatentGaussian> = known().map(|(_, factor)| factor.clone()).collect();
         let latent = LatentGaussian::posterior(dimension, &seen).mean;
         let mean_view = mean_crop(known().map(|(view, _)| &view.crop));
-        for (view, factor) in own().filter(|(view, _)| view.session % 2 == 1) {
+        for (number, (view, factor)) in own().filter(|(view, _)| view.session % 2 == 1).enumerate() {
             let likelihood = Likelihood::new(model, &latent, &view.crop)?;
             let azimuth = view.viewpoint.azimuth();
             let at = |turn: f64| likelihood.at(&view.viewpoint.turned(turn));
@@ -55,7 +55,9 @@ pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) ->
             let answer = most_likely_azimuth(|candidate| at(candidate - azimuth).unwrap_or(f64::NAN));
             let trial = UnseenTrial { family, symmetry, azimuth, found: answer };
             found.promise(&trial, &likelihood, view, model);
-            found.by_image.extend(by_image(view, &latent, model, &trial));
+            if number == 0 {
+                found.by_image.extend(by_image(view, &latent, model, &trial));
+            }
             found.trials.push(trial);
             if symmetry == Symmetry::None {
                 found.curve(at);
