@@ -39,6 +39,9 @@ use vantage_sim::scene::CheckedScene;
 /// The most images in a shard of BOP's WebDataset, which allows a thousand.
 const IMAGES_PER_SHARD: u64 = 500;
 
+/// An episode of so many images has a progress of its own: it may take minutes.
+const MANY_IMAGES: u64 = 500;
+
 /// What a format needs of a seed, each including the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Need {
@@ -263,11 +266,14 @@ impl Maker<'_> {
         };
         let each: Option<&mut OnLook<'_, BenchError>> =
             if most == Need::Captures { Some(&mut on_look) } else { None };
-        let images = self.progress.stage(&format!("images of seed {}", seed.0), rollout.steps() as u64);
+        let (steps, name) = (rollout.steps() as u64, format!("images of seed {}", seed.0));
+        let images = (steps >= MANY_IMAGES).then(|| self.progress.stage(&name, steps));
         let mut done = 0;
         let mut looked = |progress: Looked| {
-            images.advance(progress.done.saturating_sub(done));
-            done = progress.done;
+            if let Some(images) = &images {
+                images.advance(progress.done.saturating_sub(done));
+                done = progress.done;
+            }
         };
         let episode = observe(self.scene, &rollout, self.renderer.as_mut(), &mut looked, each)?;
         drop(images);
