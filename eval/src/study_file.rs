@@ -101,12 +101,12 @@ impl Scored {
 impl Variant {
     /// Refuses to train on more instances than there are, or on fewer than are scored as known.
     pub fn fits(&self, there: usize, known: usize) -> Result<(), VariantError> {
-        let wrong = match self.instances {
-            Some(instances) if instances > there => format!("but the scene has {there} training instances"),
-            Some(instances) if instances < known => format!("but the first {known} are scored as known"),
+        let instances = self.instances.unwrap_or(there);
+        let wrong = match instances {
+            _ if instances > there => format!("but the scene has {there} training instances"),
+            _ if instances < known => format!("but the first {known} are scored as known"),
             _ => return Ok(()),
         };
-        let instances = self.instances.unwrap_or_default();
         Err(VariantError { variant: self.name.clone(), reason: format!("instances is {instances}, {wrong}") })
     }
 
@@ -180,6 +180,7 @@ mod tests {
         let error = study.variants[1].training(&TrainingSpec::default()).unwrap_err().to_string();
         assert!(error.contains("source"), "{error}");
         assert!(study.variants[0].fits(48, 48).is_ok() && study.variants[1].fits(5, 5).is_ok());
+        assert!(study.variants[0].fits(47, 48).is_err());
         for (there, known) in [(9, 6), (4, 0)] {
             let error = study.variants[1].fits(there, known).unwrap_err().to_string();
             assert!(error.contains("variant b: instances is 5"), "{error}");

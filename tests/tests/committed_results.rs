@@ -30,6 +30,7 @@ fn scene(path: &Path) -> (SceneFile, String) {
 
 #[test]
 fn every_scene_with_a_path_has_results_that_are_of_it() {
+    assert!(files("scenes").len() >= 9 && files("studies").len() >= 4);
     for path in files("scenes") {
         let (file, hash) = scene(&path);
         match results(&file.name) {

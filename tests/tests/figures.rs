@@ -20,7 +20,7 @@ fn a_model_becomes_pictures_and_the_same_ones_on_any_number_of_threads() {
     let finished = figures(&scene, &one, "1");
     finished.expect(0, &[]);
     assert_eq!(finished.stdout.lines().count(), PICTURES.len() + 1);
-    let csv = std::fs::read_to_string(one.join("instances.csv")).expect("a table");
+    let csv = std::fs::read_to_string(one.join("posterior.csv")).expect("a table");
     let probability = |line: &str| line.split(',').nth(3).and_then(|number| number.parse::<f64>().ok());
     let probabilities: Vec<f64> = csv.lines().skip(1).map(|line| probability(line).expect(line)).collect();
     assert!((8..=4 * 4).contains(&probabilities.len()), "views of one session of two");

@@ -1,6 +1,7 @@
 //! The shipped scenes: the schema beside them is current, holds for each, and each names it.
 
 use std::fs;
+use vantage_eval::scene_file::{SceneFile, hash, parse, read};
 use vantage_tests::{Finished, bench, root};
 
 const SCHEMA: &str = "scenes/scene.schema.json";
@@ -10,6 +11,22 @@ fn the_committed_schema_is_current() {
     let printed = Finished::of(bench().arg("schema"));
     let committed = fs::read_to_string(root().join(SCHEMA)).unwrap();
     assert!(printed.stdout == committed, "run `cargo run --release --bin bench schema > {SCHEMA}`");
+}
+
+#[test]
+fn the_scene_of_the_docs_is_one() {
+    let docs = fs::read_to_string(root().join("docs/scenes.md")).unwrap();
+    let start = docs.find("```yaml\n# yaml-language-server").unwrap() + "```yaml\n".len();
+    let scene = docs[start..].split("```").next().unwrap();
+    let file: SceneFile = parse(scene, &root().join("scenes/mine.yaml")).unwrap();
+    let tabletop: SceneFile = read(&root().join("scenes/tabletop.yaml")).unwrap();
+    let conditions =
+        |file: &SceneFile| file.checked(&root().join("scenes/mine.yaml")).unwrap().view_conditions();
+    assert_eq!(
+        hash(&conditions(&file)).unwrap(),
+        hash(&conditions(&tabletop)).unwrap(),
+        "it shares the model"
+    );
 }
 
 #[test]

@@ -6,9 +6,9 @@ use crate::output::OutputFolder;
 use crate::progress::Progress;
 use std::io::Write;
 use std::path::Path;
-use vantage_dataset::layout::ImportReport;
 use vantage_dataset::layout::avd::read_scan;
 use vantage_dataset::layout::bigbird::{object_folders, read_objects};
+use vantage_dataset::layout::{ImportReport, Skipped};
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{ObjectTruth, episode_views};
 
@@ -77,7 +77,13 @@ fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportR
     let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
     let set = episode_views(&scan.episode, args.split.into(), &takes);
     write_views(out, &set, provenance)?;
-    let report = ImportReport { views: set.views.len(), ..scan.report };
+    let mut report = ImportReport { views: set.views.len(), ..scan.report };
+    for object in scan.episode.truth.objects.iter().filter(|object| takes(object)) {
+        if !set.instances.iter().any(|instance| instance.id == object.instance) {
+            let reason = format!("{}: no view has a viewpoint", object.family);
+            report.skipped.push(Skipped { path: args.source.clone(), reason });
+        }
+    }
     Ok((report, format!("views of {} objects", set.instances.len())))
 }
 

@@ -57,10 +57,10 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let mut clock = Clock { manifest: &mut manifest, start: Instant::now() };
 
     let chosen = chosen_model(&pipeline, stages.train, stages.model.as_deref())?;
-    let loaded = model(&pipeline, chosen.as_deref())?;
-    clock.stage("model");
     let tests = test_views(&pipeline, &seeds)?;
     clock.stage("test views");
+    let loaded = model(&pipeline, chosen.as_deref())?;
+    clock.stage("model");
     let episodes = episodes(&pipeline, &seeds, Split::Test)?;
     clock.stage("episodes");
     let answers = estimates(&pipeline, &episodes, &loaded)?;

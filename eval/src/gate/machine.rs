@@ -47,15 +47,17 @@ impl Machine {
             .filter(|part| part(self) != part(baseline))
             .map(|part| format!("{}, here {}", part(baseline), part(self)))
             .collect();
-        if self.model_hash != baseline.model_hash {
-            return "The baseline was made with another model: what differs may come from that alone.\n"
-                .to_owned();
-        }
-        if others.is_empty() {
+        let model = match self.model_hash == baseline.model_hash {
+            true => "",
+            false => "The baseline was made with another model: what differs may come from that alone.\n",
+        };
+        if others.is_empty() && !model.is_empty() {
+            model.to_owned()
+        } else if others.is_empty() {
             "The baseline was made on such a processor, with the same renderer and driver: what differs comes from the code.\n"
                 .to_owned()
         } else {
-            format!("The baseline was made on {}: scores may differ by rounding.\n", others.join("; "))
+            format!("{model}The baseline was made on {}: scores may differ by rounding.\n", others.join("; "))
         }
     }
 }

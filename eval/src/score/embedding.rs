@@ -78,7 +78,7 @@ pub fn score_embeddings(embeddings: &[Vec<f32>], labels: &Labels, seed: Seed) ->
 
     let mut density = Scores::new();
     // Where an instance has fewer views than a cluster needs, none could be right.
-    let scarce = (0..instances).any(|own| truth.iter().filter(|&&other| other == own).count() < LEAST);
+    let scarce = truth.iter().any(|own| truth.iter().filter(|&other| other == own).count() < LEAST);
     if let Some(found) = density_clusters(embeddings).filter(|_| !scarce) {
         if let Some(scores) = cluster_scores(truth, &found.labels()) {
             insert_clusters(&mut density, &scores);

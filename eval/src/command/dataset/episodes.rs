@@ -6,7 +6,7 @@ use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
 use std::fs;
 use std::path::Path;
-use vantage_dataset::store::{Provenance, StoreError, verify, write_episode};
+use vantage_dataset::store::{Provenance, StoreError, read_manifest, verify, write_episode};
 use vantage_dataset::{Episode, Seed};
 
 /// Folders of episodes.
@@ -67,7 +67,7 @@ impl Format for Episodes<'_> {
 /// Whether a folder has something in it, and nothing of what every episode has.
 fn is_foreign(folder: &Path) -> bool {
     let holds_any = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    let ours = ["manifest.json", "odometry.csv"].iter().any(|name| folder.join(name).exists());
+    let ours = folder.join("odometry.csv").exists() || read_manifest(folder).is_ok();
     holds_any && !ours || folder.is_file()
 }
 

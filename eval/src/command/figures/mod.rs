@@ -33,7 +33,7 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let embeddings: Vec<Vec<f32>> = set.views.iter().map(embed).collect::<Result<_, _>>()?;
     let (svg, png) = latents(&set, &embeddings)?;
     let mut drawn = vec![("latents.svg", svg.into_bytes()), ("latents.png", png)];
-    drawn.extend(posteriors(&set, &embeddings).map(|csv| ("instances.csv", csv.into_bytes())));
+    drawn.extend(posteriors(&set, &embeddings).map(|csv| ("posterior.csv", csv.into_bytes())));
     match model.viewing() {
         Some(viewing) => {
             let looks = Looks::new(&set, &*viewing)?;
