@@ -81,7 +81,7 @@ fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportR
     for object in scan.episode.truth.objects.iter().filter(|object| takes(object)) {
         if !set.instances.iter().any(|instance| instance.id == object.instance) {
             let reason = format!("{}: no view has a viewpoint", object.family);
-            report.skipped.push(Skipped { path: args.source.clone(), reason });
+            report.skipped.push(Skipped { file: args.source.clone(), reason });
         }
     }
     Ok((report, format!("views of {} objects", set.instances.len())))
