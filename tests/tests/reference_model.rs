@@ -59,8 +59,9 @@ fn assert_rendered_alike(split: Split) {
         let cpu = Host::this().cpu.unwrap_or_default();
         let facts = [("adapter", renderer.adapter), ("driver", renderer.driver), ("cpu", cpu)];
         if let Some((what, here)) = facts.iter().find(|(what, here)| there[*what] != *here) {
-            let told = format!("SKIPPED: {scene} was rendered on {what} {:?}, not {here:?}", there[*what]);
-            writeln!(std::io::stderr(), "{told}").unwrap();
+            let told = format!("SKIPPED: {scene} was rendered on {what} {:?}, not {here:?}\n", there[*what]);
+            // Not through the harness, which would hide it.
+            std::io::stderr().write_all(told.as_bytes()).unwrap();
             continue;
         }
         let details = training.details.unwrap();

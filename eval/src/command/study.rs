@@ -31,7 +31,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let scene = args.study.parent().unwrap_or(Path::new("")).join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
     let views = pipeline.scene.view_conditions().views;
-    let scored = (study.scored == Scored::Known).then(|| views.instances(Split::Test)).unwrap_or_default();
+    let scored = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
     for variant in &study.variants {
         let spec = variant.training(&pipeline.file.training.model)?;
         variant.fits(views.instances(Split::Train), scored)?;
