@@ -87,7 +87,7 @@ pub struct ClassSpec {
 }
 
 /// A training. Every field has a default; those of the pairs and the instance term were chosen on validation instances
-/// (`studies/choice.yaml`).
+/// (`studies/choice.yaml`, `studies/reference.yaml`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingSpec {

@@ -1,5 +1,8 @@
 //! What the integration tests share: the `bench` program, and a scene small enough to run often.
 
+mod resume;
+
+pub use resume::assert_resumes;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -77,6 +80,23 @@ impl SmallScene {
         command.arg(self.path("scene.yaml"));
         command.args(["--renderer", "reference", "--out"]).arg(self.path("out"));
         command.arg("--cache").arg(self.path("cache"));
+        command
+    }
+
+    /// `bench dataset scene.yaml` into a folder of the scene's, with the reference renderer.
+    pub fn dataset(&self, out: &str, args: &[&str]) -> Command {
+        let mut command = bench();
+        command.arg("dataset").arg(self.path("scene.yaml")).args(["--renderer", "reference"]).args(args);
+        command.arg("--out").arg(self.path(out));
+        command
+    }
+
+    /// `bench train scene.yaml` on the view sets `train` and `validation` in the scene's folder, into `model`.
+    pub fn train_on_views(&self) -> Command {
+        let mut command = bench();
+        command.arg("train").arg(self.path("scene.yaml")).args(["--renderer", "reference", "--views"]);
+        command.arg(self.path("train")).arg("--validation-views").arg(self.path("validation"));
+        command.arg("--cache").arg(self.path("cache")).arg("--out").arg(self.path("model"));
         command
     }
 

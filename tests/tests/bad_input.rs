@@ -123,9 +123,7 @@ fn detections_of_nothing_alone_are_not_something_seen() {
     let detector = "detector: { min_visible_fraction: 0.35, min_mask_pixels: 100 }";
     let scene = SmallScene::new(&[("yaw_deg: 90", "yaw_deg: -90"), (detector, faults)]);
     scene.run().expect(4, &["no object was detected"]);
-    let mut command = bench();
-    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", "1"]);
-    Finished::of(command.arg("--out").arg(scene.path("d"))).expect(4, &["no detection of an object"]);
+    Finished::of(&mut scene.dataset("d", &["--seeds", "1"])).expect(4, &["no detection of an object"]);
     let detections = std::fs::read_to_string(scene.path("d/0/detections.csv")).expect("detections");
     assert!(detections.lines().count() > 1, "there are some, of nothing");
 }

@@ -4,16 +4,12 @@ use std::fs;
 use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
-use vantage_tests::{Finished, SmallScene, bench, files};
+use vantage_tests::{Finished, SmallScene, assert_resumes, files};
 
 #[test]
 fn a_dataset_is_resumed_to_the_same_bytes() {
     let scene = SmallScene::new(&[]);
-    let write = |name: &str| {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
-        Finished::of(command.arg(scene.path(name)))
-    };
+    let write = |name: &str| Finished::of(&mut scene.dataset(name, &[]));
     let first = write("a");
     first.expect(0, &[]);
     assert!(first.stdout.contains("2 episodes written"), "{}", first.stdout);
@@ -45,14 +41,7 @@ fn a_dataset_is_resumed_to_the_same_bytes() {
 fn more_seeds_are_counted_with_those_that_were_there() {
     let scene = SmallScene::new(&[]);
     for seeds in ["1", "2"] {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml")).args([
-            "--renderer",
-            "reference",
-            "--seeds",
-            seeds,
-        ]);
-        Finished::of(command.arg("--out").arg(scene.path("d"))).expect(0, &[]);
+        Finished::of(&mut scene.dataset("d", &["--seeds", seeds])).expect(0, &[]);
     }
     let counted: serde_json::Value =
         serde_json::from_slice(&fs::read(scene.path("d/episodes.json")).unwrap()).unwrap();
@@ -63,10 +52,7 @@ fn more_seeds_are_counted_with_those_that_were_there() {
 #[test]
 fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
     let scene = SmallScene::new(&[]);
-    let mut command = bench();
-    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference"]);
-    command.args(["--format", "vantage,tum,g2o", "--seeds", "1", "--out"]).arg(scene.path("d"));
-    Finished::of(&mut command).expect(0, &[]);
+    Finished::of(&mut scene.dataset("d", &["--format", "vantage,tum,g2o", "--seeds", "1"])).expect(0, &[]);
     let read = |name: &str| fs::read_to_string(scene.path("d").join(name)).unwrap();
     assert_eq!(read("tum/0/truth.tum"), read("0/truth/robot.tum"));
     let steps = read("tum/0/odometry.tum").lines().filter(|line| !line.starts_with('#')).count();
@@ -79,37 +65,9 @@ fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
 #[test]
 fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
     let scene = SmallScene::new(&[]);
-    let command = |name: &str| {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml")).args([
-            "--renderer",
-            "reference",
-            "--seeds",
-            "8",
-        ]);
-        command.args(["--format", "vantage,webdataset,parquet,bop,bop-webdataset", "--out"]);
-        command.arg(scene.path(name));
-        command
-    };
-    Finished::of(&mut command("whole")).expect(0, &[]);
-
-    let mut child = command("killed").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    while !scene.path("killed/episodes.json").exists() {
-        assert!(child.try_wait().unwrap().is_none(), "the run ended before its first episode was counted");
-        thread::sleep(Duration::from_millis(2));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert!(scene.path("killed/.bench.lock").exists(), "it held the folder");
-    assert!(!scene.path("killed/parquet/manifest.json").exists(), "the run ended before it was killed");
-    Finished::of(&mut command("killed")).expect(0, &[]);
-
-    let (whole, resumed) = (files(&scene.path("whole")), files(&scene.path("killed")));
-    assert!(whole.keys().eq(resumed.keys()), "{:?} and {:?}", whole.keys(), resumed.keys());
-    for (name, bytes) in &whole {
-        assert!(resumed[name] == *bytes, "{} differs", name.display());
-    }
-    let again = Finished::of(&mut command("whole"));
+    let args = ["--seeds", "8", "--format", "vantage,webdataset,parquet,bop,bop-webdataset"];
+    assert_resumes(&scene, &args, |killed| killed.join("episodes.json").exists());
+    let again = Finished::of(&mut scene.dataset("whole", &args));
     assert!(
         again.stdout.contains("0 episodes written") && again.stdout.contains("8 already"),
         "{}",
@@ -120,12 +78,7 @@ fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
 #[test]
 fn of_two_runs_into_one_folder_the_second_waits_and_finds_all_done() {
     let scene = SmallScene::new(&[]);
-    let command = || {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml"));
-        command.args(["--renderer", "reference", "--seeds", "8", "--out"]).arg(scene.path("d"));
-        command
-    };
+    let command = || scene.dataset("d", &["--seeds", "8"]);
     let mut first = command().stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     while !scene.path("d/.bench.lock").exists() {
         assert!(first.try_wait().unwrap().is_none(), "the first run ended before it held the folder");
@@ -155,10 +108,7 @@ fn look_alikes_of_a_mesh_keep_its_licence() {
     let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
     fs::write(scene.path("box.obj"), corners + faces).unwrap();
     fs::write(scene.path("LICENSE"), "\nCC BY 4.0, by nobody\n").unwrap();
-    let mut command = bench();
-    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", "1"]);
-    command.args(["--format", "webdataset,bop", "--out"]).arg(scene.path("d"));
-    Finished::of(&mut command).expect(0, &[]);
+    Finished::of(&mut scene.dataset("d", &["--seeds", "1", "--format", "webdataset,bop"])).expect(0, &[]);
     for format in ["webdataset", "bop"] {
         let manifest = fs::read(scene.path("d").join(format).join("manifest.json")).unwrap();
         let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
@@ -171,16 +121,8 @@ fn look_alikes_of_a_mesh_keep_its_licence() {
 #[test]
 fn what_is_not_ours_or_of_other_seeds_is_refused() {
     let scene = SmallScene::new(&[]);
-    let write = |seeds: &str| {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml")).args([
-            "--renderer",
-            "reference",
-            "--seeds",
-            seeds,
-        ]);
-        Finished::of(command.args(["--format", "webdataset", "--out"]).arg(scene.path("d")))
-    };
+    let write =
+        |seeds: &str| Finished::of(&mut scene.dataset("d", &["--seeds", seeds, "--format", "webdataset"]));
     fs::create_dir_all(scene.path("d/webdataset")).unwrap();
     fs::write(scene.path("d/webdataset/thesis.tex"), "years of work").unwrap();
     write("1").expect(2, &["webdataset"]);
@@ -193,16 +135,7 @@ fn what_is_not_ours_or_of_other_seeds_is_refused() {
 #[test]
 fn episodes_of_another_scene_are_left_as_they_are() {
     let scene = SmallScene::new(&[]);
-    let write = || {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml")).args([
-            "--renderer",
-            "reference",
-            "--seeds",
-            "1",
-        ]);
-        Finished::of(command.arg("--out").arg(scene.path("d")))
-    };
+    let write = || Finished::of(&mut scene.dataset("d", &["--seeds", "1"]));
     write().expect(0, &[]);
     let before = files(&scene.path("d/0"));
     let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();

@@ -3,12 +3,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
-use std::thread;
-use std::time::Duration;
 use vantage_dataset::store::{read_episode, read_views};
 use vantage_dataset::{Seed, Split};
-use vantage_tests::{Finished, SmallScene, bench, files};
+use vantage_tests::{Finished, SmallScene, assert_resumes, bench};
 
 const CIRCLE: &str = "circle: { radius: 1.6 }\n  laps: 0.4\n  speed: 0.3\n  steps: 12";
 
@@ -27,9 +24,7 @@ fn turntable() -> SmallScene {
 }
 
 fn dataset(scene: &SmallScene, formats: &str, seeds: &str) -> Finished {
-    let mut command = bench();
-    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", seeds]);
-    Finished::of(command.args(["--format", formats, "--out"]).arg(scene.path("d")))
+    Finished::of(&mut scene.dataset("d", &["--seeds", seeds, "--format", formats]))
 }
 
 #[test]
@@ -58,26 +53,23 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert_eq!((set.split, set.instances.len()), (Split::Train, 3));
     assert!(set.views.len() >= 110, "{} of 120 views", set.views.len());
 
-    let mut command = bench();
-    command.arg("train").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--views"]);
-    command.arg(scene.path("train")).arg("--validation-views").arg(scene.path("validation"));
-    command.arg("--cache").arg(scene.path("cache")).arg("--out").arg(scene.path("model"));
-    Finished::of(&mut command).expect(0, &[]);
+    Finished::of(&mut scene.train_on_views()).expect(0, &[]);
     assert!(scene.path("model/model.yaml").exists());
 }
 
-fn apartment() -> SmallScene {
-    SmallScene::new(&[
+fn apartment(more: &[(&str, &str)]) -> SmallScene {
+    let changes = [
         (CIRCLE, "grid: { spacing: 0.3, headings: 12, clearance: 0.35 }"),
         ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 1.25, yaw_deg: 0, pitch_deg: -16"),
         ("length: 6.5, width: 5.5", "length: 3.4, width: 3.2"),
         ("width: 320, height: 240", "width: 160, height: 120"),
-    ])
+    ];
+    SmallScene::new(&[&changes, more].concat())
 }
 
 #[test]
 fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
-    let scene = apartment();
+    let scene = apartment(&[]);
     dataset(&scene, "vantage,avd", "1").expect(0, &[]);
     let mut command = bench();
     command.args(["import", "avd"]).arg(scene.path("d/avd/Home_001_1"));
@@ -113,17 +105,11 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
 
 #[test]
 fn a_model_learns_from_a_home_in_the_layout_of_active_vision() {
-    let scene = SmallScene::new(&[
-        (CIRCLE, "grid: { spacing: 0.3, headings: 12, clearance: 0.35 }"),
-        ("height: 1.25, yaw_deg: 90, pitch_deg: -16", "height: 1.25, yaw_deg: 0, pitch_deg: -16"),
-        ("length: 6.5, width: 5.5", "length: 3.4, width: 3.2"),
-        ("width: 320, height: 240", "width: 160, height: 120"),
-        (
-            "training:\n  seed: 1",
-            "training:\n  seed: 1\n  model: { objective: viewpoint_predictive, trunk_steps: 2, steps: 2, batch: 4, \
-             trunk_batch: 8, measurement_dim: 4 }",
-        ),
-    ]);
+    let scene = apartment(&[(
+        "training:\n  seed: 1",
+        "training:\n  seed: 1\n  model: { objective: viewpoint_predictive, trunk_steps: 2, steps: 2, batch: 4, \
+         trunk_batch: 8, measurement_dim: 4 }",
+    )]);
     dataset(&scene, "avd", "1").expect(0, &[]);
     let home = scene.path("d/avd/Home_001_1");
     let names = fs::read_to_string(home.join("present_instance_names.txt")).unwrap();
@@ -140,59 +126,22 @@ fn a_model_learns_from_a_home_in_the_layout_of_active_vision() {
     let set = read_views(&scene.path("train")).unwrap();
     assert_eq!((set.split, set.instances.len()), (Split::Train, rest.len()));
 
-    let mut command = bench();
-    command.arg("train").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--views"]);
-    command.arg(scene.path("train")).arg("--validation-views").arg(scene.path("validation"));
-    command.arg("--cache").arg(scene.path("cache")).arg("--out").arg(scene.path("model"));
-    Finished::of(&mut command).expect(0, &[]);
+    Finished::of(&mut scene.train_on_views()).expect(0, &[]);
     assert!(scene.path("model/predictor.onnx").exists());
-}
-
-/// Kills a run as soon as a file is there, goes on with it, and compares all that it wrote with an uninterrupted run.
-#[expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
-fn assert_resumes(scene: &SmallScene, format: &str, seeds: &str, under_way: &dyn Fn(&Path) -> bool) {
-    let command = |name: &str| {
-        let mut command = bench();
-        command.arg("dataset").arg(scene.path("scene.yaml")).args([
-            "--renderer",
-            "reference",
-            "--seeds",
-            seeds,
-        ]);
-        command.args(["--format", format, "--out"]).arg(scene.path(name));
-        command
-    };
-    Finished::of(&mut command("whole")).expect(0, &[]);
-    let mut child = command("killed").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    while !under_way(&scene.path("killed").join(format)) {
-        assert!(child.try_wait().unwrap().is_none(), "the run ended before it could be killed");
-        thread::sleep(Duration::from_millis(2));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert!(files(&scene.path("killed")).len() < files(&scene.path("whole")).len());
-    Finished::of(&mut command("killed")).expect(0, &[]);
-    let (whole, resumed) = (files(&scene.path("whole")), files(&scene.path("killed")));
-    assert!(whole.keys().eq(resumed.keys()), "{:?} and {:?}", whole.keys(), resumed.keys());
-    // A kill between an object's folder and its count leaves that seed uncounted in episodes.json.
-    for (name, bytes) in whole.iter().filter(|(name, _)| !name.ends_with("episodes.json")) {
-        assert!(resumed[name] == *bytes, "{} differs", name.display());
-    }
 }
 
 #[test]
 fn killed_layouts_are_gone_on_with_to_the_same_bytes_and_those_of_other_scenes_refused() {
     let scene = turntable();
-    let folders = |root: &Path| fs::read_dir(root).map_or(0, |entries| entries.flatten().count());
-    assert_resumes(&scene, "bigbird", "3", &|root| folders(root) > 2);
+    let entries = |root: &Path| fs::read_dir(root).map_or(0, |entries| entries.flatten().count());
+    let args = ["--seeds", "3", "--format", "bigbird"];
+    assert_resumes(&scene, &args, |killed| entries(&killed.join("bigbird")) > 2);
     let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
     fs::write(scene.path("scene.yaml"), text.replace("distance: 0.8,", "distance: 0.9,")).unwrap();
-    let mut command = bench();
-    command.arg("dataset").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--seeds", "3"]);
-    command.args(["--format", "bigbird", "--out"]).arg(scene.path("whole"));
-    Finished::of(&mut command).expect(2, &["another scene"]);
+    Finished::of(&mut scene.dataset("whole", &args)).expect(2, &["another scene"]);
 
-    assert_resumes(&apartment(), "avd", "1", &|root| folders(&root.join("Home_001_1/jpg_rgb")) > 5);
+    let images = |killed: &Path| entries(&killed.join("avd/Home_001_1/jpg_rgb"));
+    assert_resumes(&apartment(&[]), &["--seeds", "1", "--format", "avd"], |killed| images(killed) > 5);
 }
 
 #[test]

@@ -185,15 +185,12 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         });
     }
     let mut index = Index::read(&out, provenance.clone());
-    let mut maker = Maker { scene: &scene, progress: &progress, split, renderer: opened.renderer };
+    let mut maker = Maker { out: &out, scene: &scene, progress: &progress, split, renderer: opened.renderer };
     let stage = progress.stage("episodes", seeds.len() as u64);
     let (mut written, mut kept, mut failure) = (0, 0, None);
     for &seed in &seeds {
         match maker.make(seed, &mut formats, &mut index) {
-            Ok(true) => {
-                written += 1;
-                index.write(&out)?;
-            }
+            Ok(true) => written += 1,
             Ok(false) => kept += 1,
             Err(BenchError::Sim(error)) if concerns_one_seed(&error) => {
                 progress.note(&format!("seed {} is left out: {error}", seed.0));
@@ -222,6 +219,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
 }
 
 struct Maker<'a> {
+    out: &'a OutputFolder,
     scene: &'a CheckedScene,
     progress: &'a Progress,
     split: Split,
@@ -277,7 +275,9 @@ impl Maker<'_> {
         };
         let episode = observe(self.scene, &rollout, self.renderer.as_mut(), &mut looked, each)?;
         drop(images);
+        // Before the formats: a kill in between leaves a count of what is not there yet, and not the other way round.
         index.count(&episode);
+        index.write(self.out)?;
         for (_, format) in active.iter_mut().filter(|(need, _)| *need >= Need::Episode) {
             format.episode(&episode)?;
         }

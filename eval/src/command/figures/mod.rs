@@ -33,7 +33,7 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let embeddings: Vec<Vec<f32>> = set.views.iter().map(embed).collect::<Result<_, _>>()?;
     let (svg, png) = latents(&set, &embeddings)?;
     let mut drawn = vec![("latents.svg", svg.into_bytes()), ("latents.png", png)];
-    drawn.extend(posteriors(&set, &embeddings).map(|csv| ("posterior.csv", csv.into_bytes())));
+    drawn.extend(posteriors(&set, &embeddings)?.map(|csv| ("posterior.csv", csv)));
     match model.viewing() {
         Some(viewing) => {
             let looks = Looks::new(&set, &*viewing)?;
@@ -73,23 +73,30 @@ fn latents(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<(String, Vec<u8>), 
 
 /// Which of the instances that even sessions show made each view of the odd ones, `P(beta | z)`, with its probability; `None` where
 /// an instance has no view of an even session.
-fn posteriors(set: &ViewSet, embeddings: &[Vec<f32>]) -> Option<String> {
+fn posteriors(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<Option<Vec<u8>>, BenchError> {
     let of = |odd: usize| {
         set.views.iter().zip(embeddings).enumerate().filter(move |(_, (v, _))| v.session % 2 == odd)
     };
     let (known, instances): (Vec<Vec<f32>>, Vec<usize>) =
         of(0).map(|(_, (view, embedding))| (embedding.clone(), view.instance)).unzip();
-    let known = KnownInstances::fit(&known, &instances, set.instances.len())?;
+    let Some(known) = KnownInstances::fit(&known, &instances, set.instances.len()) else { return Ok(None) };
     let names = names(set);
-    let mut csv = "view,instance,most_likely,probability,probability_of_instance\n".to_owned();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(["view", "instance", "most_likely", "probability", "probability_of_instance"])?;
     for (index, (view, embedding)) in of(1) {
         let posterior = known.posterior(embedding);
         let (found, most) =
             posterior.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
         let (own, right) = (&names[view.instance], posterior[view.instance]);
-        csv += &format!("{index},{own},{},{most},{right}\n", names[found]);
+        writer.write_record([
+            &index.to_string(),
+            own,
+            &names[found],
+            &most.to_string(),
+            &right.to_string(),
+        ])?;
     }
-    Some(csv)
+    Ok(Some(writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?))
 }
 
 /// Family and number of each instance, as titles have it.
