@@ -1,5 +1,6 @@
 //! `bench study FILE`: models trained in several ways on the same views, compared on the same instances.
 
+use super::figures::latents;
 use crate::cli::StudyArgs;
 use crate::exit::{BenchError, Exit};
 use crate::manifest::Manifest;
@@ -53,6 +54,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let trunks = args.cache.join(TRUNKS);
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
     let mut floors: Vec<BTreeMap<Metric, f64>> = vec![BTreeMap::new(); TABLES.len()];
+    let mut map = None;
     for variant in &study.variants {
         let started = Instant::now();
         for model in variant_models(&pipeline, &study, variant, &views, &trunks)? {
@@ -62,6 +64,9 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
                     *floor = mean_scores(table, &scored, name);
                 }
                 runs.push(run(&variant.name, model.seed, mean_scores(table, &scored, LATENTS)));
+            }
+            if let Some(set) = views.first_scored().filter(|_| map.is_none()) {
+                map = latents::map(set, &latents::embeddings(&model.model, set)?)?;
             }
         }
         manifest.took(&variant.name, started.elapsed());
@@ -91,7 +96,11 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         study.scored.told(),
         notes.collect::<String>()
     );
-    out.write(PathBuf::from(&study.name).join("variants.md"), notes.as_bytes())?;
+    let folder = PathBuf::from(&study.name);
+    out.write(folder.join("variants.md"), notes.as_bytes())?;
+    if let Some((_, png)) = map {
+        out.write(folder.join(latents::LATENTS), &png)?;
+    }
     report::write(&out, &Results::new(&study.name, &hash, tables), &manifest)?;
     Ok(Exit::Success)
 }

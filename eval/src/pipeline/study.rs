@@ -41,11 +41,19 @@ pub fn study_views(pipeline: &Pipeline, scored: Scored) -> Result<StudyViews, Be
     Ok(StudyViews { training, validation, seals: [first, second], scored })
 }
 
+impl StudyViews {
+    /// The first set of views that models are scored on.
+    pub fn first_scored(&self) -> Option<&ViewSet> {
+        self.scored.first().map(|scored| &scored.set)
+    }
+}
+
 /// One model of a variant.
 pub struct VariantModel {
     /// Seed of its training.
     pub seed: Seed,
-    model: Model,
+    /// The model.
+    pub model: Model,
     folder: PathBuf,
 }
 

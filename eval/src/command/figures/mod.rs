@@ -1,19 +1,18 @@
 //! `bench figures SCENE --out DIR`: what a model makes of objects it has not seen, as pictures.
 
+pub mod latents;
 mod looks;
 
 use super::score::chosen_model;
 use crate::cli::FiguresArgs;
 use crate::exit::{BenchError, Exit};
 use crate::figure::FigureError;
-use crate::figure::embedding_map::EmbeddingMap;
-use crate::figure::tsne::tsne;
 use crate::output::OutputFolder;
 use crate::pipeline::{Pipeline, any_model, check_unseen, views};
 use crate::score::instance_posterior::KnownInstances;
 use looks::Looks;
 use std::io::Write;
-use vantage_dataset::{Crop, Seed, Split, View, ViewSet};
+use vantage_dataset::{Seed, Split, ViewSet};
 
 /// Draws the test instances of the scene's first seed: their latents as t-SNE and, of models that know looks from viewpoints,
 /// predictions and likelihoods over viewpoints.
@@ -26,13 +25,9 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let (set, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
     check_unseen(model.training_instances(), &folder, set.instances.iter().map(|instance| instance.id))?;
 
-    let embed = |view: &View| -> Result<Vec<f32>, BenchError> {
-        let numbers = model.embed(&view.crop, Some(&view.viewpoint))?;
-        Ok(numbers.into_iter().map(|number| number as f32).collect())
-    };
-    let embeddings: Vec<Vec<f32>> = set.views.iter().map(embed).collect::<Result<_, _>>()?;
-    let (svg, png) = latents(&set, &embeddings)?;
-    let mut drawn = vec![("latents.svg", svg.into_bytes()), ("latents.png", png)];
+    let embeddings = latents::embeddings(&model, &set)?;
+    let (svg, png) = latents::map(&set, &embeddings)?.ok_or(FigureError::Empty { figure: "t-SNE" })?;
+    let mut drawn = vec![("latents.svg", svg.into_bytes()), (latents::LATENTS, png)];
     drawn.extend(posteriors(&set, &embeddings)?.map(|csv| ("posterior.csv", csv)));
     match model.viewing() {
         Some(viewing) => {
@@ -60,17 +55,6 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     Ok(Exit::Success)
 }
 
-/// The map of the embeddings of all views as SVG, and with images as PNG.
-fn latents(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<(String, Vec<u8>), BenchError> {
-    let points = tsne(embeddings).ok_or(FigureError::Empty { figure: "t-SNE" })?;
-    let groups: Vec<usize> = set.views.iter().map(|view| view.instance).collect();
-    let names = names(set);
-    let crops: Vec<&Crop> = set.views.iter().map(|view| &view.crop).collect();
-    let title = format!("t-SNE of latents, one of each view; a colour for each of {} instances", names.len());
-    let map = EmbeddingMap { title: &title, points: &points, groups: &groups, names: &names, crops: &crops };
-    Ok((map.svg()?, map.png()?))
-}
-
 /// Which of the instances that even sessions show made each view of the odd ones, `P(beta | z)`, with its probability; `None` where
 /// an instance has no view of an even session.
 fn posteriors(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<Option<Vec<u8>>, BenchError> {
@@ -80,7 +64,7 @@ fn posteriors(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<Option<Vec<u8>>,
     let (known, instances): (Vec<Vec<f32>>, Vec<usize>) =
         of(0).map(|(_, (view, embedding))| (embedding.clone(), view.instance)).unzip();
     let Some(known) = KnownInstances::fit(&known, &instances, set.instances.len()) else { return Ok(None) };
-    let names = names(set);
+    let names = latents::names(set);
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(["view", "instance", "most_likely", "probability", "probability_of_instance"])?;
     for (index, (view, embedding)) in of(1) {
@@ -97,14 +81,4 @@ fn posteriors(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<Option<Vec<u8>>,
         ])?;
     }
     Ok(Some(writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?))
-}
-
-/// Family and number of each instance, as titles have it.
-fn names(set: &ViewSet) -> Vec<String> {
-    let name = |index: usize| {
-        let family = &set.instances[index].family;
-        let before = set.instances[..index].iter().filter(|other| other.family == *family).count();
-        format!("{family} {}", before + 1)
-    };
-    (0..set.instances.len()).map(name).collect()
 }
