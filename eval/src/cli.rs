@@ -130,8 +130,9 @@ pub struct ImportArgs {
     #[arg(long)]
     pub views: bool,
     /// Of a view set: the split that all objects are said to belong to.
-    #[arg(long, value_enum, default_value_t = SplitChoice::Train)]
-    pub split: SplitChoice,
+    /// `train` where it is not given.
+    #[arg(long, value_enum)]
+    pub split: Option<SplitChoice>,
     /// Of a view set: only these objects, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub objects: Vec<String>,

@@ -8,6 +8,7 @@ use crate::score::pairs::PairsError;
 use crate::study_file::VariantError;
 use crate::table::TableError;
 use crate::trajectory::TrajectoryError;
+use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -111,9 +112,12 @@ pub enum BenchError {
         /// The folder.
         folder: PathBuf,
     },
-    /// Objects are chosen of an episode, which has all.
-    #[error("--objects chooses among the objects of a view set: add --views")]
-    ObjectsOfEpisode,
+    /// Objects or a split are chosen of an episode, which has all objects and no split.
+    #[error("{option} is for a view set: add --views")]
+    ForViewSets {
+        /// The option.
+        option: &'static str,
+    },
     /// A model's folder is not there.
     #[error(
         "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
@@ -283,7 +287,7 @@ impl BenchError {
             | BenchError::OtherData { .. }
             | BenchError::NoPicture { .. }
             | BenchError::NoFolder { .. }
-            | BenchError::ObjectsOfEpisode
+            | BenchError::ForViewSets { .. }
             | BenchError::NoModel { .. }
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
@@ -340,6 +344,10 @@ pub fn end(run: impl FnOnce() -> Result<Exit, BenchError>) -> (Exit, Option<Stri
         Ok(Err(error)) if error.exit() == Exit::Bug => {
             (Exit::Bug, Some(format!("error: {error}\n{REPORT_A_BUG}")))
         }
+        // `bench ... | head`: who stopped reading needs not be told.
+        Ok(Err(BenchError::Stdout(error))) if error.kind() == ErrorKind::BrokenPipe => {
+            (Exit::CannotWrite, None)
+        }
         Ok(Err(error)) => (error.exit(), Some(format!("error: {error}"))),
         Err(_) => (Exit::Bug, Some(REPORT_A_BUG.to_owned())),
     }
@@ -381,5 +389,7 @@ mod tests {
         let (exit, message) = end(|| Err(GateError::Nothing.into()));
         assert_eq!((exit, message.unwrap().contains("report it")), (Exit::NothingEvaluated, false));
         assert_eq!(end(|| Ok(Exit::Regression)), (Exit::Regression, None));
+        let unread = || std::io::Error::from(ErrorKind::BrokenPipe);
+        assert_eq!(end(|| Err(unread().into())), (Exit::CannotWrite, None));
     }
 }

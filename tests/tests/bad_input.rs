@@ -133,7 +133,8 @@ fn wrong_arguments_and_missing_files_end_with_2() {
     Finished::of(bench().args(["models", "missing"])).expect(2, &["no folder missing"]);
     let import = |more: &[&str]| Finished::of(bench().args(["import", "avd"]).args(more));
     import(&["missing", "--out", "out"]).expect(2, &["no folder missing"]);
-    import(&["scenes", "--out", "out", "--objects", "a"]).expect(2, &["--views"]);
+    import(&["scenes", "--out", "out", "--objects", "a"]).expect(2, &["--objects", "--views"]);
+    import(&["scenes", "--out", "out", "--split", "test"]).expect(2, &["--split", "--views"]);
     Finished::of(bench().arg("--nonsense")).expect(2, &["--nonsense"]);
     Finished::of(&mut bench()).expect(2, &[]);
     Finished::of(bench().arg("scenes/missing.yaml")).expect(2, &["scenes/missing.yaml"]);

@@ -4,6 +4,7 @@ use std::fs;
 use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
+use vantage_dataset::layout::verify_layout;
 use vantage_tests::{Finished, SmallScene, assert_resumes, files};
 
 #[test]
@@ -55,6 +56,10 @@ fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
     Finished::of(&mut scene.dataset("d", &["--format", "vantage,tum,g2o", "--seeds", "1"])).expect(0, &[]);
     let read = |name: &str| fs::read_to_string(scene.path("d").join(name)).unwrap();
     assert_eq!(read("tum/0/truth.tum"), read("0/truth/robot.tum"));
+    for (layout, part) in [("tum", "0"), ("g2o", "0.g2o")] {
+        let manifest = verify_layout(&scene.path("d").join(layout)).unwrap();
+        assert_eq!((manifest.layout.as_str(), manifest.shards[0].name.as_str()), (layout, part));
+    }
     let steps = read("tum/0/odometry.tum").lines().filter(|line| !line.starts_with('#')).count();
     let graph = read("g2o/0.g2o");
     let lines_of = |tag: &str| graph.lines().filter(|line| line.starts_with(tag)).count();

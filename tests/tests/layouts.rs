@@ -3,6 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use vantage_dataset::layout::verify_layout;
 use vantage_dataset::store::{read_episode, read_views};
 use vantage_dataset::{Seed, Split};
 use vantage_tests::{Finished, SmallScene, assert_resumes, bench};
@@ -40,6 +41,15 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert_eq!(names.len(), 4, "{names:?}");
     let images = fs::read_dir(root.join(&names[0])).unwrap().count();
     assert_eq!(images, 2 * 40 + 3, "an image and its depth, masks, poses, calibration.h5");
+    let manifest = verify_layout(&root).unwrap();
+    let mut parts: Vec<_> = manifest.shards.iter().map(|part| part.name.clone()).collect();
+    parts.sort();
+    assert_eq!((parts, manifest.samples), (names.clone(), 4 * 40));
+    let poses = root.join(&names[0]).join("calibration.h5");
+    let whole = fs::read(&poses).unwrap();
+    fs::write(&poses, [&whole[..whole.len() - 1], b"?"].concat()).unwrap();
+    assert!(verify_layout(&root).is_err(), "a changed file is found");
+    fs::write(&poses, whole).unwrap();
 
     let import = |split: &str, objects: &str, out: &str| {
         let mut command = bench();
@@ -71,6 +81,7 @@ fn apartment(more: &[(&str, &str)]) -> SmallScene {
 fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
     let scene = apartment(&[]);
     dataset(&scene, "vantage,avd", "1").expect(0, &[]);
+    assert_eq!(verify_layout(&scene.path("d/avd")).unwrap().shards[0].name, "Home_001_1");
     let mut command = bench();
     command.args(["import", "avd"]).arg(scene.path("d/avd/Home_001_1"));
     Finished::of(command.arg("--out").arg(scene.path("scan"))).expect(0, &[]);

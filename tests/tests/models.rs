@@ -44,6 +44,9 @@ fn faults_are_told_with_their_place_and_end_with_5() {
         fs::write(scene.path(name).join("model.yaml"), manifest.replacen(old, new, 1)).expect("a manifest");
         models(name).expect(5, &words);
     }
+    let all = Finished::of(bench().arg("models").arg(scene.path("key")).arg("models/objects"));
+    all.expect(5, &["mesurement"]);
+    assert!(all.stdout.contains("refused:") && all.stdout.contains("azimuth_harmonics"), "{}", all.stdout);
 }
 
 /// The small scene with a model of its own, hardly trained.

@@ -1,6 +1,6 @@
 //! `bench import LAYOUT DIR --out DIR`: real data in our own layout.
 
-use crate::cli::{ImportArgs, ImportLayout};
+use crate::cli::{ImportArgs, ImportLayout, SplitChoice};
 use crate::exit::{BenchError, Exit};
 use crate::output::OutputFolder;
 use crate::progress::Progress;
@@ -10,7 +10,7 @@ use vantage_dataset::layout::avd::read_scan;
 use vantage_dataset::layout::bigbird::{object_folders, read_objects};
 use vantage_dataset::layout::{ImportReport, Skipped};
 use vantage_dataset::store::{Provenance, write_episode, write_views};
-use vantage_dataset::{ObjectTruth, episode_views};
+use vantage_dataset::{ObjectTruth, Split, episode_views};
 
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
@@ -20,8 +20,11 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     if !args.source.is_dir() {
         return Err(BenchError::NoFolder { folder: args.source.clone() });
     }
-    if args.layout == ImportLayout::Avd && !args.views && !args.objects.is_empty() {
-        return Err(BenchError::ObjectsOfEpisode);
+    if args.layout == ImportLayout::Avd && !args.views {
+        let given = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
+        if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+            return Err(BenchError::ForViewSets { option });
+        }
     }
     if args.out.is_file() {
         return Err(BenchError::NotOurs { folder: args.out.clone() });
@@ -61,7 +64,7 @@ fn bigbird(
     all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
     folders
         .retain(|folder| args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name)));
-    let (set, report) = read_objects(&folders, args.split.into(), &|_| true)?;
+    let (set, report) = read_objects(&folders, split(args), &|_| true)?;
     write_views(out, &set, provenance)?;
     Ok((report, format!("views of {} objects", set.instances.len())))
 }
@@ -75,7 +78,7 @@ fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportR
     }
     all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
     let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
-    let set = episode_views(&scan.episode, args.split.into(), &takes);
+    let set = episode_views(&scan.episode, split(args), &takes);
     write_views(out, &set, provenance)?;
     let mut report = ImportReport { views: set.views.len(), ..scan.report };
     for object in scan.episode.truth.objects.iter().filter(|object| takes(object)) {
@@ -85,6 +88,10 @@ fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportR
         }
     }
     Ok((report, format!("views of {} objects", set.instances.len())))
+}
+
+fn split(args: &ImportArgs) -> Split {
+    args.split.unwrap_or(SplitChoice::Train).into()
 }
 
 /// Refuses names of objects that the data do not have.

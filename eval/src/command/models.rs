@@ -11,14 +11,22 @@ use vantage_learn::{GraphRecord, Manifest, Model, Role};
 /// Runs of a graph that are timed, after as many that are not; the median is told.
 const TIMED: usize = 31;
 
-/// Loads each model with all checks, and prints what it is.
+/// Loads each model with all checks, and prints what it is, or why it is refused; the first refusal is the error.
 pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     if let Some(folder) = args.folders.iter().find(|folder| !folder.is_dir()) {
         return Err(BenchError::NoFolder { folder: folder.clone() });
     }
+    let mut refused = None;
     for folder in &args.folders {
-        let model = Model::load(folder)?;
         writeln!(stdout, "{}\n", folder.display())?;
+        let model = match Model::load(folder) {
+            Ok(model) => model,
+            Err(error) => {
+                writeln!(stdout, "refused: {error}\n")?;
+                refused = refused.or(Some(error));
+                continue;
+            }
+        };
         write!(stdout, "{}", described(&model))?;
         let graphs = &model.manifest().graphs;
         let rows = graphs.iter().map(|(&role, record)| row(&model, folder, role, record));
@@ -26,7 +34,7 @@ pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         let head = ["Graph", "File", "KiB", "Call [ms]", "Inputs", "Outputs"].map(String::from);
         writeln!(stdout, "\n{}\n", draw(Style::Terminal, &head, rows))?;
     }
-    Ok(Exit::Success)
+    refused.map_or(Ok(Exit::Success), |error| Err(error.into()))
 }
 
 fn described(model: &Model) -> String {

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::record::record;
 
-const FINISHED: &str = "manifest.json";
+pub(super) const FINISHED: &str = "manifest.json";
 const PARTIAL: &str = "manifest.partial.json";
 
 /// What a dataset folder holds, and the proof that it holds it still.
@@ -21,15 +21,15 @@ const PARTIAL: &str = "manifest.partial.json";
 pub struct LayoutManifest {
     /// [`FORMAT`] of the version that wrote it.
     pub format: u32,
-    /// `webdataset`, `parquet`, `bop` or `bop-webdataset`.
+    /// Name of the format: `webdataset`, `bop`, `tum` ...
     pub layout: String,
-    /// The writer's options.
+    /// The writer's options; none of those that have no shards.
     pub options: Value,
     /// Where the data came from.
     pub provenance: Provenance,
-    /// Samples (crops or images) in all shards.
+    /// Samples (crops, images or poses) in all shards.
     pub samples: u64,
-    /// In the order of their samples.
+    /// In the order of their samples: shards, or the folders and files of objects, scans or seeds.
     pub shards: Vec<ShardRecord>,
     /// By instance id, 16 hexadecimal digits: the objects of which a number, a mesh or a licence was told.
     pub objects: BTreeMap<String, ObjectRecord>,

@@ -7,12 +7,14 @@
 //! ```
 
 mod archive;
+mod inventory;
 mod manifest;
 mod record;
 
 use crate::Split;
 use crate::store::{FileRecord, Provenance, StoreError, make_folder, sync_folder, write_whole};
 pub(super) use archive::{TarShard, keys_of_tar};
+pub use inventory::Inventory;
 use manifest::LayoutManifest as Manifest;
 pub use manifest::{LayoutManifest, ObjectRecord, ShardRecord, verify_layout};
 use record::record;

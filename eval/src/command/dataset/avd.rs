@@ -1,14 +1,15 @@
 //! `avd`: a grid of images in the layout of the Active Vision dataset, one scan a seed.
 
-use super::claim::claim;
+use super::claim::{claim, inventory};
 use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputError;
 use std::fs;
 use std::path::{Path, PathBuf};
+use vantage_dataset::layout::Inventory;
 use vantage_dataset::layout::avd::{AvdWriter, GRID, HEADINGS, ScanName, SceneType};
 use vantage_dataset::store::Provenance;
-use vantage_dataset::{Capture, Episode, Seed};
+use vantage_dataset::{Capture, Episode, Seed, Split};
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::PathSpec;
 
@@ -22,7 +23,9 @@ const TOLERANCE: f64 = 1e-9;
 /// A file `.<scan>.unfinished` beside a scan's folder says that the folder is ours and not whole yet.
 pub struct Avd {
     root: PathBuf,
+    split: Split,
     scan: Option<(AvdWriter, PathBuf)>,
+    inventory: Inventory,
 }
 
 impl Avd {
@@ -42,7 +45,8 @@ impl Avd {
         }
         source.require_seeds_below(HOMES, "avd")?;
         claim(root, provenance)?;
-        Ok(Self { root: root.to_owned(), scan: None })
+        let inventory = inventory(root, "avd", source)?;
+        Ok(Self { root: root.to_owned(), split: source.split, scan: None, inventory })
     }
 
     fn folder(&self, name: &ScanName) -> PathBuf {
@@ -64,10 +68,14 @@ fn cannot(path: &Path) -> impl FnOnce(std::io::Error) -> OutputError + use<> {
 }
 
 impl Format for Avd {
-    fn need(&mut self, seed: Seed, _: &Index) -> Result<Need, BenchError> {
+    fn need(&mut self, seed: Seed, index: &Index) -> Result<Need, BenchError> {
         let name = name(seed);
-        let finished = self.folder(&name).exists() && !self.mark(&name).exists();
-        Ok(if finished { Need::Nothing } else { Need::Captures })
+        if !self.folder(&name).exists() || self.mark(&name).exists() {
+            return Ok(Need::Captures);
+        }
+        let images = index.get(seed).map_or(0, |counts| counts.images);
+        self.inventory.add(name.to_string(), self.split, images);
+        Ok(Need::Nothing)
     }
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
@@ -88,10 +96,16 @@ impl Format for Avd {
         Ok(scan.push(step / HEADINGS, step % HEADINGS, capture)?)
     }
 
-    fn episode(&mut self, _: &Episode) -> Result<(), BenchError> {
+    fn episode(&mut self, episode: &Episode) -> Result<(), BenchError> {
         let Some((scan, mark)) = self.scan.take() else { return Ok(()) };
         scan.finish()?;
         fs::remove_file(&mark).map_err(cannot(&mark))?;
+        let made = &episode.observations;
+        self.inventory.add(name(made.seed).to_string(), self.split, made.steps() as u64);
         Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), BenchError> {
+        Ok(self.inventory.finish()?)
     }
 }

@@ -1,15 +1,15 @@
 //! `bigbird`: a turntable's images as those of the BigBIRD rig, one folder an object.
 
-use super::claim::claim;
+use super::claim::{claim, inventory};
 use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use vantage_dataset::layout::bigbird::{BigBirdWriter, CAMERAS};
-use vantage_dataset::layout::object_name;
+use vantage_dataset::layout::{Inventory, object_name};
 use vantage_dataset::store::Provenance;
-use vantage_dataset::{Capture, Episode, Pose, Seed};
+use vantage_dataset::{Capture, Episode, Pose, Seed, Split};
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::PathSpec;
 
@@ -23,6 +23,8 @@ pub struct BigBird {
     /// Degrees between two angles.
     degrees: u32,
     object: Option<(BigBirdWriter, String)>,
+    split: Split,
+    inventory: Inventory,
 }
 
 impl BigBird {
@@ -45,7 +47,9 @@ impl BigBird {
             )));
         }
         claim(root, provenance)?;
-        Ok(Self { root: root.to_owned(), degrees: 360 / angles, object: None })
+        let inventory = inventory(root, "bigbird", source)?;
+        let (root, split) = (root.to_owned(), source.split);
+        Ok(Self { root, degrees: 360 / angles, object: None, split, inventory })
     }
 
     fn cannot(&self) -> impl Fn(std::io::Error) -> OutputError + use<> {
@@ -61,7 +65,12 @@ impl Format for BigBird {
 
     fn wants(&mut self, rollout: &Rollout) -> bool {
         let objects = rollout.world.truth();
-        !objects.iter().all(|object| self.root.join(object_name(object)).join(LAST).exists())
+        let Some(name) = objects.first().map(object_name) else { return false };
+        let finished = self.root.join(&name).join(LAST).exists();
+        if finished {
+            self.inventory.add(name, self.split, rollout.steps() as u64);
+        }
+        !finished
     }
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
@@ -89,13 +98,18 @@ impl Format for BigBird {
         Ok(writer.push(camera, angle, capture)?)
     }
 
-    fn episode(&mut self, _: &Episode) -> Result<(), BenchError> {
+    fn episode(&mut self, episode: &Episode) -> Result<(), BenchError> {
         let Some((writer, name)) = self.object.take() else { return Ok(()) };
         writer.finish()?;
         let (work, folder) = (self.root.join(WORK), self.root.join(&name));
         fs::rename(work.join(&name), &folder)
             .and_then(|()| fs::remove_dir_all(&work))
             .map_err(self.cannot())?;
+        self.inventory.add(name, self.split, episode.observations.steps() as u64);
         Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), BenchError> {
+        Ok(self.inventory.finish()?)
     }
 }

@@ -1,9 +1,12 @@
-//! Folders in the layouts of others: whose they are, and of what scene.
+//! Folders in the layouts of others: whose they are, of what scene, and what they hold.
 
+use super::Source;
+use super::images::licences;
 use crate::exit::BenchError;
 use crate::output::OutputFolder;
 use std::fs;
 use std::path::Path;
+use vantage_dataset::layout::Inventory;
 use vantage_dataset::store::Provenance;
 
 const NAME: &str = "dataset.json";
@@ -22,4 +25,13 @@ pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
         return Err(BenchError::NotOurs { folder: root.to_owned() });
     }
     Ok(OutputFolder::probe(root)?.write(NAME, &serde_json::to_vec_pretty(provenance)?)?)
+}
+
+/// The manifest to be of such a folder, with the licences of the scene's meshes.
+pub fn inventory(root: &Path, layout: &str, source: &Source<'_>) -> Result<Inventory, BenchError> {
+    let mut inventory = Inventory::begin(root, layout, source.provenance.clone())?;
+    for (instance, licence) in licences(source.scene) {
+        inventory.add_licence(instance, &licence);
+    }
+    Ok(inventory)
 }

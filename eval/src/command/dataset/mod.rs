@@ -169,8 +169,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         let at = |name: &str| out.path().join(name);
         formats.push(match format {
             DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone(), &progress)),
-            DatasetFormat::Tum => Box::new(Trajectories::tum(&out)),
-            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out)),
+            DatasetFormat::Tum => Box::new(Trajectories::tum(&out, &source)?),
+            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out, &source)?),
             DatasetFormat::Webdataset => {
                 Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, &source)?)
             }

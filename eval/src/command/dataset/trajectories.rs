@@ -1,29 +1,42 @@
 //! `tum` and `g2o`: the true trajectory, and what odometry alone makes of it.
 
-use super::{Format, Index, Need};
+use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputFolder;
 use crate::trajectory::Trajectory;
-use vantage_dataset::Seed;
+use std::path::Path;
+use vantage_dataset::layout::Inventory;
 use vantage_dataset::store::write_g2o;
+use vantage_dataset::{Seed, Split};
 use vantage_sim::rollout::Rollout;
 use vantage_slam::initial::dead_reckoning;
+
+const TUM: &str = "tum";
+const G2O: &str = "g2o";
 
 /// Text files of poses.
 pub struct Trajectories<'a> {
     out: &'a OutputFolder,
     as_graph: bool,
+    split: Split,
+    inventory: Inventory,
 }
 
 impl<'a> Trajectories<'a> {
     /// `tum/<seed>/truth.tum` and `odometry.tum`.
-    pub fn tum(out: &'a OutputFolder) -> Self {
-        Self { out, as_graph: false }
+    pub fn tum(out: &'a OutputFolder, source: &Source<'_>) -> Result<Self, BenchError> {
+        Self::open(out, source, false)
     }
 
     /// `g2o/<seed>.g2o`.
-    pub fn g2o(out: &'a OutputFolder) -> Self {
-        Self { out, as_graph: true }
+    pub fn g2o(out: &'a OutputFolder, source: &Source<'_>) -> Result<Self, BenchError> {
+        Self::open(out, source, true)
+    }
+
+    fn open(out: &'a OutputFolder, source: &Source<'_>, as_graph: bool) -> Result<Self, BenchError> {
+        let layout = if as_graph { G2O } else { TUM };
+        let inventory = Inventory::begin(&out.path().join(layout), layout, source.provenance.clone())?;
+        Ok(Self { out, as_graph, split: source.split, inventory })
     }
 }
 
@@ -36,16 +49,23 @@ impl Format for Trajectories<'_> {
         let seed = rollout.seed.0;
         let by_odometry = dead_reckoning(rollout.steps(), &rollout.odometry);
         if self.as_graph {
-            self.out.write_with(format!("g2o/{seed}.g2o"), |path| {
+            let name = format!("{seed}.g2o");
+            self.out.write_with(Path::new(G2O).join(&name), |path| {
                 write_g2o(path, &by_odometry, &rollout.odometry).map(drop)
             })?;
+            self.inventory.add(name, self.split, rollout.steps() as u64);
             return Ok(());
         }
         let truth = rollout.drive.world_from_robot.clone();
         for (name, poses) in [("truth", truth), ("odometry", by_odometry)] {
             let trajectory = Trajectory::new(rollout.drive.timestamps.clone(), poses)?;
-            self.out.write_trajectory(format!("tum/{seed}/{name}.tum"), &trajectory)?;
+            self.out.write_trajectory(format!("{TUM}/{seed}/{name}.tum"), &trajectory)?;
         }
+        self.inventory.add(seed.to_string(), self.split, rollout.steps() as u64);
         Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), BenchError> {
+        Ok(self.inventory.finish()?)
     }
 }
