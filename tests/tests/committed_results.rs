@@ -8,10 +8,6 @@ use vantage_eval::scene_file::{self, SceneFile};
 use vantage_eval::study_file::StudyFile;
 use vantage_tests::root;
 
-/// Studies whose results were made under other defaults of `training.model`, as docs/studies.md says: whoever runs one again takes it
-/// from here.
-const OLDER: [&str; 2] = ["models", "predictive"];
-
 fn files(folder: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
     entries.filter(|path| path.extension().is_some_and(|extension| extension == "yaml")).collect()
@@ -55,7 +51,6 @@ fn results_of_studies_are_of_the_studies_as_they_are() {
         let of_scene = scene(&path.with_file_name(&study.scene)).1;
         let Some(results) = results(&study.name) else { continue };
         let hash = scene_file::hash(&(&study, &of_scene)).unwrap();
-        let (current, older) = (results.scene_hash == hash, OLDER.contains(&study.name.as_str()));
-        assert!(current != older, "{}: run `bench study STUDY --out results`", path.display());
+        assert_eq!(results.scene_hash, hash, "{}: run `bench study STUDY --out results`", path.display());
     }
 }
