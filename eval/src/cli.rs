@@ -213,6 +213,9 @@ pub struct TrainArgs {
     /// A view set of other objects to calibrate on.
     #[arg(long, value_name = "DIR", requires = "views")]
     pub validation_views: Option<PathBuf>,
+    /// Trains on a GPU, with a program that was built for it.
+    #[arg(long)]
+    pub gpu: bool,
 }
 
 /// Options of every command that runs all stages.

@@ -147,6 +147,13 @@ pub enum BenchError {
          leave --rerun out"
     )]
     CannotRecord,
+    /// A GPU was asked of a program that was built without.
+    #[cfg(not(feature = "gpu"))]
+    #[error(
+        "this program was built without GPUs: build it with `cargo build --release -p vantage-eval --features gpu`, or leave \
+         --gpu out"
+    )]
+    NoGpuBuild,
     /// A recording could not be written.
     #[cfg(feature = "rerun")]
     #[error("cannot write {}: {source}; choose another file with --rerun, or make room", path.display())]
@@ -299,6 +306,8 @@ impl BenchError {
             BenchError::Train(error) => training_exit(error),
             #[cfg(not(feature = "train"))]
             BenchError::CannotTrain => Exit::MissingCapability,
+            #[cfg(not(feature = "gpu"))]
+            BenchError::NoGpuBuild => Exit::MissingCapability,
             #[cfg(not(feature = "rerun"))]
             BenchError::CannotRecord => Exit::MissingCapability,
             #[cfg(feature = "rerun")]
@@ -328,6 +337,8 @@ fn training_exit(error: &vantage_learn::TrainError) -> Exit {
         TrainError::Write { .. } => Exit::CannotWrite,
         TrainError::NonFiniteLoss { .. } | TrainError::Stopped { .. } => Exit::NothingEvaluated,
         TrainError::Export(_) => Exit::Bug,
+        #[cfg(feature = "gpu")]
+        TrainError::NoGpu => Exit::MissingCapability,
         _ => Exit::BadInput,
     }
 }

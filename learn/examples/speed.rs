@@ -11,7 +11,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use vantage_dataset::{Seed, Split};
-use vantage_learn::{LatentGaussian, Progress, Stage, Training, TrainingSpec, ViewpointModel, train};
+use vantage_learn::{
+    LatentGaussian, Progress, Stage, Training, TrainingDevice, TrainingSpec, ViewpointModel, train,
+};
 
 const STEPS: u32 = 30;
 const RUNS: usize = 301;
@@ -47,6 +49,7 @@ fn trained() -> Result<(), Box<dyn std::error::Error>> {
         provenance: &BTreeMap::new(),
         folder: folder.path(),
         trunks: None,
+        device: &TrainingDevice::default(),
     };
     train(asked, &mut watch)?;
     for (name, times) in ["trunk", "autoencoder"].into_iter().zip(times) {

@@ -57,7 +57,7 @@ pub use spec::{ClassSpec, InstanceTerm, Motion, Objective, Pairs, PredictiveSpec
 #[cfg(feature = "train")]
 pub use train::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, INSTANCE_LIST, Progress, SHEET, Stage, TrainError, Training,
-    train, view_set_hash,
+    TrainingDevice, train, view_set_hash,
 };
 pub use viewing::Viewing;
 pub use viewpoint_model::{Linearization, ViewpointModel};

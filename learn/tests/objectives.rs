@@ -14,7 +14,7 @@ use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::{Pose, Seed, Sighting, Split, ViewSet};
 use vantage_learn::{
     CURVE_TABLE, ClassSpec, InstanceTerm, Kind, LatentGaussian, Model, Motion, Objective, Pairs,
-    PredictiveSpec, Progress, Stage, TrainError, Training, TrainingSpec, train,
+    PredictiveSpec, Progress, Stage, TrainError, Training, TrainingDevice, TrainingSpec, train,
 };
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
@@ -45,6 +45,7 @@ fn trained(set: &ViewSet, spec: &TrainingSpec, folder: &Path) -> Result<(), Trai
         provenance: &provenance,
         folder,
         trunks: None,
+        device: &TrainingDevice::default(),
     };
     train(asked, &mut |_| ControlFlow::Continue(()))
 }
@@ -216,6 +217,7 @@ fn trainings_that_differ_in_stage_two_share_a_trunk_and_no_result_changes() {
             provenance: &provenance,
             folder: folder.path(),
             trunks,
+            device: &TrainingDevice::default(),
         };
         let mut trunk_steps = 0;
         let count = |progress: &Progress| {

@@ -11,7 +11,7 @@ use support::{synthetic, tiny_model, tiny_spec, tiny_training, training_views, v
 use vantage_dataset::{Crop, Seed, Split, ViewSet};
 use vantage_learn::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, Training,
-    TrainingSpec, ViewpointModel, train,
+    TrainingDevice, TrainingSpec, ViewpointModel, train,
 };
 
 fn trained(
@@ -21,7 +21,16 @@ fn trained(
     folder: &Path,
 ) -> Result<(), TrainError> {
     let provenance = &BTreeMap::new();
-    let asked = Training { training, validation, spec, seed: Seed(0), provenance, folder, trunks: None };
+    let asked = Training {
+        training,
+        validation,
+        spec,
+        seed: Seed(0),
+        provenance,
+        folder,
+        trunks: None,
+        device: &TrainingDevice::default(),
+    };
     train(asked, &mut |_| ControlFlow::Continue(()))
 }
 

@@ -5,16 +5,28 @@ use crate::exit::{BenchError, Exit};
 use crate::output::OutputFolder;
 use crate::pipeline::{Pipeline, train as train_into, train_on};
 use std::io::Write;
+use vantage_learn::TrainingDevice;
 
 /// Trains into `args.out`, from where a killed training left it.
 pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let device = if args.gpu { gpu()? } else { TrainingDevice::default() };
     let out = OutputFolder::probe(&args.out)?;
     let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
     let _lock = out.lock(&pipeline.progress)?;
     match (&args.views, &args.validation_views) {
-        (Some(training), Some(validation)) => train_on(&pipeline, training, validation, out.path())?,
-        _ => train_into(&pipeline, out.path())?,
+        (Some(training), Some(validation)) => train_on(&pipeline, training, validation, &device, out.path())?,
+        _ => train_into(&pipeline, &device, out.path())?,
     }
     writeln!(stdout, "model written to {}", out.path().display())?;
     Ok(Exit::Success)
+}
+
+#[cfg(feature = "gpu")]
+fn gpu() -> Result<TrainingDevice, BenchError> {
+    Ok(TrainingDevice::gpu()?)
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu() -> Result<TrainingDevice, BenchError> {
+    Err(BenchError::NoGpuBuild)
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{MANIFEST, Model, TrainingSpec};
+use vantage_learn::{MANIFEST, Model, TrainingDevice, TrainingSpec};
 
 /// The views that a study trains on, and what identifies them.
 pub struct StudyViews {
@@ -87,6 +87,7 @@ pub fn variant_models(
                     spec: &spec,
                     seed,
                     trunks: Some(trunks),
+                    device: &TrainingDevice::default(),
                 };
                 fit(pipeline, fitted, work)
             })?;

@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::{Key, read_manifest, read_views};
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{MANIFEST, Progress, Training, TrainingSpec};
+use vantage_learn::{MANIFEST, Progress, Training, TrainingDevice, TrainingSpec};
 
 /// The folder of the scene's model, trained where the cache has none.
 pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
@@ -19,18 +19,19 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
     let inputs = (code::TRAINED, &conditions, training.seed, &training.model, &pipeline.renderer_info);
     let entry = pipeline.stored(&Key::new("model", &inputs)?, |work| {
         // A run that was killed between the last file and the commit has left a whole model.
-        if work.join(MANIFEST).exists() { Ok(()) } else { train(pipeline, work) }
+        if work.join(MANIFEST).exists() { Ok(()) } else { train(pipeline, &TrainingDevice::default(), work) }
     })?;
     Ok(entry.folder)
 }
 
 /// Trains the scene's model into `folder`, from where an interrupted training left it.
-pub fn train(pipeline: &Pipeline, folder: &Path) -> Result<(), BenchError> {
+pub fn train(pipeline: &Pipeline, device: &TrainingDevice, folder: &Path) -> Result<(), BenchError> {
     let training = shown_views(pipeline, Split::Train)?;
     let validation = shown_views(pipeline, Split::Validation)?;
     let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;
     let (spec, seed) = (&pipeline.file.training.model, pipeline.file.training.seed);
-    let fitted = Fit { training: &training, validation: &validation, conditions, spec, seed, trunks: None };
+    let fitted =
+        Fit { training: &training, validation: &validation, conditions, spec, seed, trunks: None, device };
     fit(pipeline, fitted, folder)
 }
 
@@ -39,12 +40,14 @@ pub fn train_on(
     pipeline: &Pipeline,
     training: &Path,
     validation: &Path,
+    device: &TrainingDevice,
     folder: &Path,
 ) -> Result<(), BenchError> {
     let conditions = scene_file::hash(&[read_manifest(training)?.seal, read_manifest(validation)?.seal])?;
     let (training, validation) = (read_views(training)?, read_views(validation)?);
     let (spec, seed) = (&pipeline.file.training.model, pipeline.file.training.seed);
-    let fitted = Fit { training: &training, validation: &validation, conditions, spec, seed, trunks: None };
+    let fitted =
+        Fit { training: &training, validation: &validation, conditions, spec, seed, trunks: None, device };
     fit(pipeline, fitted, folder)
 }
 
@@ -57,11 +60,12 @@ pub(super) struct Fit<'a> {
     pub(super) spec: &'a TrainingSpec,
     pub(super) seed: Seed,
     pub(super) trunks: Option<&'a Path>,
+    pub(super) device: &'a TrainingDevice,
 }
 
 /// Trains into `folder`, from where a killed training left it.
 pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result<(), BenchError> {
-    let Fit { training, validation, conditions, spec, seed, trunks } = fitted;
+    let Fit { training, validation, conditions, spec, seed, trunks, device } = fitted;
     let info = pipeline.renderer_info.clone();
     let provenance = [
         (VIEW_CONDITIONS, conditions),
@@ -71,9 +75,12 @@ pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result
         ("code", code::TRAINED.to_owned()),
         ("cpu", Host::this().cpu.unwrap_or_default()),
     ];
-    let provenance = provenance.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
+    let gpu = device.name().map(|name| ("gpu", name.to_owned()));
+    let provenance =
+        provenance.into_iter().chain(gpu).map(|(what, value)| (what.to_owned(), value)).collect();
     let mut shown = Shown { pipeline, stage: None };
-    let training = Training { training, validation, spec, seed, provenance: &provenance, folder, trunks };
+    let training =
+        Training { training, validation, spec, seed, provenance: &provenance, folder, trunks, device };
     vantage_learn::train(training, &mut |event| {
         shown.tell(event);
         ControlFlow::Continue(())

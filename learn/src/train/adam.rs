@@ -103,7 +103,8 @@ impl ModuleMapper for Step<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::train::run::{scalar, training_device};
+    use crate::train::device::cpu;
+    use crate::train::run::scalar;
     use burn::nn::{Linear, LinearConfig};
     use burn::optim::AdamConfig;
     use burn::tensor::Tensor;
@@ -115,7 +116,7 @@ mod tests {
 
     #[test]
     fn steps_are_those_of_burn() {
-        let device = training_device();
+        let device = cpu();
         let x = Tensor::<2>::from_data([[0.3, -1.0, 2.0], [1.5, 0.2, -0.7]], &device);
         let (mut ours, mut adam) = (LinearConfig::new(3, 4).init(&device), Adam::default());
         let (mut theirs, mut reference) = (ours.clone(), AdamConfig::new().with_epsilon(1e-8).init());

@@ -12,6 +12,10 @@ pub enum TrainError {
     /// Fields of the spec out of range.
     #[error("training spec: {0}")]
     Spec(garde::Report),
+    /// No GPU, where one was asked for.
+    #[cfg(feature = "gpu")]
+    #[error("wgpu finds no GPU (a software renderer is none): install its Vulkan driver, or leave --gpu out")]
+    NoGpu,
     /// Views of another split than they are to be used for.
     #[error("views of split {got:?} given as {expected:?}")]
     Split {

@@ -2,10 +2,11 @@
 
 use super::canaries::Trainer;
 use super::checkpoint::CHECKPOINT;
+use super::device::cpu;
 use super::error::TrainError;
 use super::predictions::Predictions;
 use super::progress::{Progress, Stage};
-use super::run::{Run, training_device};
+use super::run::Run;
 use super::views::Views;
 use super::{Trained, calibration, export, files, sheet};
 use crate::architecture::Architecture;
@@ -67,7 +68,7 @@ pub(crate) fn finish(
     held_out: &Views,
     origin: Origin,
 ) -> Result<(), TrainError> {
-    let (device, plain) = (training_device(), Device::flex());
+    let (device, plain) = (cpu(), Device::flex());
     let Trained { frozen, features, network } = trained;
     let architecture = run.architecture.clone();
     let context = run.spec.context as usize;

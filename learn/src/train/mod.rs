@@ -6,6 +6,7 @@
 
 mod adam;
 mod autoencoder;
+mod burn_convolution;
 mod calibration;
 mod canaries;
 mod changes;
@@ -14,6 +15,7 @@ mod components;
 mod contrastive;
 mod convolution;
 mod curve;
+mod device;
 mod discrete_class;
 mod error;
 mod export;
@@ -37,6 +39,7 @@ mod weights;
 
 pub use checkpoint::CHECKPOINT;
 pub use curve::{CURVE_PICTURE, CURVE_TABLE};
+pub use device::TrainingDevice;
 pub use error::TrainError;
 pub use folder::INSTANCE_LIST;
 pub use progress::{Progress, Stage};
@@ -58,7 +61,7 @@ use folder::Origin;
 use garde::Validate;
 use half::rounded_module;
 use network::{Autoencoder, TrunkWithHead};
-use run::{Run, Started, training_device};
+use run::{Run, Started};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -87,16 +90,18 @@ pub struct Training<'a> {
     pub folder: &'a Path,
     /// A folder of trained trunks, which trainings that differ in stage 2 alone share.
     pub trunks: Option<&'a Path>,
+    /// What computes both stages; the noise is fitted on the CPU.
+    pub device: &'a TrainingDevice,
 }
 
 /// Trains a model and writes its folder: see [`ViewpointModel::load`](crate::ViewpointModel::load).
 ///
-/// Same views, spec, seed and machine give the same loss curve, whatever the number of threads and whether or not the
+/// Same views, spec, seed and machine give the same loss curve on the CPU, whatever the number of threads and whether or not the
 /// training was killed between: it goes on from the folder's last checkpoint. `progress` is told of every step, and may ask
 /// to stop. Beside the model, the folder gets the loss curve ([`CURVE_TABLE`], [`CURVE_PICTURE`]) and, of models that
 /// predict crops, reconstructions of validation instances ([`SHEET`]).
 pub fn train(
-    Training { training, validation, spec, seed, provenance, folder, trunks }: Training<'_>,
+    Training { training, validation, spec, seed, provenance, folder, trunks, device }: Training<'_>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(), TrainError> {
     spec.validate().map_err(TrainError::Spec)?;
@@ -122,7 +127,8 @@ pub fn train(
     };
     let key = origin.key(spec, &architecture, &views.tags, seed);
     let store = trunks.map(|folder| TrunkStore::new(folder, &origin, spec, &architecture, seed));
-    let mut run = Run { spec, architecture, seed, folder, key, curve: Curve::default(), progress };
+    let device = device.clone();
+    let mut run = Run { spec, architecture, seed, folder, key, curve: Curve::default(), device, progress };
     let trained = descend(&mut run, &views, store.as_ref())?;
     folder::finish(&mut run, &trained, &views, &held_out, origin)
 }
@@ -137,13 +143,14 @@ struct Trained {
 
 /// Stages 1 and 2, from wherever the folder's checkpoint left them.
 fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<Trained, TrainError> {
-    let (device, plain) = (training_device(), Device::flex());
+    let (device, plain) = (run.device.tensors(), Device::flex());
+    let on_gpu = run.device.name().is_some();
     let (spec, seed, architecture) = (run.spec, run.seed, run.architecture.clone());
     let (trunk, network) = start(run, views, store, &device)?;
 
     let components = Components::fit(views.set, architecture.components, seed);
     let task = Task::of(spec);
-    let data = TrunkData { task, views, components: Some(&components), spec, seed, device: &device };
+    let data = TrunkData { task, views, components: Some(&components), spec, seed, device: &device, on_gpu };
     let trunk = run.descend(
         Stage::Trunk,
         spec.trunk_steps as usize,

@@ -19,14 +19,14 @@ use vantage_dataset::{Seed, Stream};
 #[derive(Module, Debug)]
 pub(crate) struct Convolution {
     /// `[outputs, 16 inputs]`.
-    weight: Param<Tensor<2>>,
-    bias: Param<Tensor<1>>,
+    pub(super) weight: Param<Tensor<2>>,
+    pub(super) bias: Param<Tensor<1>>,
 }
 
 /// `z` to features `t(z)`, and these to the reduced measurement `m(z)` of IV-C.
 #[derive(Module, Debug)]
 pub(crate) struct Trunk {
-    convolutions: Vec<Convolution>,
+    pub(super) convolutions: Vec<Convolution>,
     features: Linear,
     measurement: Linear,
 }

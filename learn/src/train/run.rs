@@ -3,6 +3,7 @@
 use super::adam::Adam;
 use super::checkpoint::{self, Checkpoint, State};
 use super::curve::{Curve, Loss};
+use super::device::TrainingDevice;
 use super::error::TrainError;
 use super::files;
 use super::progress::{Progress, Stage};
@@ -10,7 +11,7 @@ use crate::architecture::Architecture;
 use crate::spec::TrainingSpec;
 use burn::module::Module;
 use burn::optim::GradientsParams;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 use std::ops::ControlFlow;
 use std::path::Path;
 use vantage_dataset::Seed;
@@ -24,6 +25,7 @@ pub(crate) struct Run<'a> {
     /// Hash of everything that decides what the training does.
     pub(crate) key: String,
     pub(crate) curve: Curve,
+    pub(crate) device: TrainingDevice,
     pub(crate) progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
 }
 
@@ -57,11 +59,6 @@ impl<M: Module> Started<M> {
     }
 }
 
-/// The device that training tensors live on: the CPU, with derivatives.
-pub(crate) fn training_device() -> Device {
-    Device::flex().autodiff()
-}
-
 impl Run<'_> {
     /// Tells what happened.
     ///
@@ -70,7 +67,7 @@ impl Run<'_> {
         (self.progress)(progress)
     }
 
-    /// Makes the remaining steps of a stage, with a checkpoint now and then.
+    /// Makes the remaining steps of a stage, with a checkpoint now and then; the module is on the CPU afterwards.
     ///
     /// `step` gives the loss of a module at a step, from nothing but the step's index; `parts` gives the
     /// checkpoint's trunk and autoencoder.
@@ -107,7 +104,7 @@ impl Run<'_> {
                 return Err(TrainError::Stopped { stage, step: row.step });
             }
         }
-        Ok(module)
+        Ok(self.device.to_cpu(module))
     }
 
     /// A linear warm-up, then a cosine down to a hundredth.

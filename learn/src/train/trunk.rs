@@ -1,5 +1,6 @@
 //! Stage 1: the trunk learns features that tell what the objective needs, in IV-C's words "sensitive to viewpoint changes".
 
+use super::burn_convolution;
 use super::changes;
 use super::components::Components;
 use super::contrastive;
@@ -80,6 +81,8 @@ pub(crate) struct TrunkData<'a> {
     pub(crate) spec: &'a TrainingSpec,
     pub(crate) seed: Seed,
     pub(crate) device: &'a Device,
+    /// Whether burn's convolutions are the faster ones.
+    pub(crate) on_gpu: bool,
 }
 
 /// The loss of the random batch of a step: cross-entropy of the angle over bins, which can be told apart or not (those of
@@ -88,6 +91,13 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
     let TrunkData { task, views, spec, seed, device, .. } = *data;
     let mut stream = seed.stream("trunk batch", index as u64);
     let batch = draw(task, views, spec.trunk_batch as usize, &mut stream);
+    if data.on_gpu {
+        let convolved =
+            burn_convolution::convolved(&network.trunk, &views.crops(batch.iter().copied()), device);
+        let (total, terms) = data.loss(network, network.measure(convolved), &batch);
+        let loss = scalar(&total);
+        return Step { loss, terms, gradients: GradientsParams::from_grads(total.backward(), network) };
+    }
     let convolutions = network.trunk.convolutions();
     let pass = convolutions.pass(&views.crops(batch.iter().copied()));
     let convolved = table(pass.outputs(), batch.len(), device).require_grad();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{Progress, TrainError, Training, TrainingSpec, train};
+use vantage_learn::{Progress, TrainError, Training, TrainingDevice, TrainingSpec, train};
 
 pub fn tiny_spec() -> TrainingSpec {
     TrainingSpec {
@@ -50,7 +50,16 @@ pub fn tiny_training(
     let provenance = BTreeMap::from([("scene".to_owned(), "a scene".to_owned())]);
     let (training, validation, provenance) = (&views, &held_out, &provenance);
     train(
-        Training { training, validation, spec, seed: Seed(0), provenance, folder, trunks: None },
+        Training {
+            training,
+            validation,
+            spec,
+            seed: Seed(0),
+            provenance,
+            folder,
+            trunks: None,
+            device: &TrainingDevice::default(),
+        },
         &mut progress,
     )?;
     Ok(told)

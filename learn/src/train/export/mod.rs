@@ -195,10 +195,10 @@ mod tests {
     use crate::spec::TrainingSpec;
     use crate::train::canaries::Trainer;
     use crate::train::components::Components;
+    use crate::train::device::cpu;
     use crate::train::features::Frozen;
     use crate::train::half::rounded_module;
     use crate::train::network::{Autoencoder, TrunkWithHead};
-    use crate::train::run::training_device;
     use crate::train::synthetic;
     use crate::train::views::Views;
     use burn::module::Module;
@@ -230,7 +230,7 @@ mod tests {
             latent_is_class,
             components: 7,
         };
-        let (device, plain) = (training_device(), Device::flex());
+        let (device, plain) = (cpu(), Device::flex());
         let set = synthetic::views(Split::Train, 4, 5, 1);
         let views = Views::new(&set, Split::Train, 2, &TrainingSpec::default(), Seed(1)).unwrap();
         let trunk = TrunkWithHead::new(&architecture, &[5, 9], Seed(1), &device).trunk;
