@@ -17,12 +17,12 @@ from pathlib import Path
 STEPS = 30
 RUNS = 301
 BINS, UPRIGHT = 48, 4
-HARMONICS, PAIRS_PER_HARMONIC, INVARIANT = 5, 10, 28
+HARMONICS, PAIRS_PER_HARMONIC, INVARIANT = 5, 2, 108
 PAIRS = HARMONICS * PAIRS_PER_HARMONIC
 LATENT = INVARIANT + 2 * PAIRS
 CONDITIONING = 2 * HARMONICS + UPRIGHT
 FEATURES, MEASUREMENT, COMPONENTS = 256, 32, 96
-TRUNK_BATCH, GROUPS, VIEWS, CONTEXT, INSTANCES = 128, 48, 8, 7, 60
+TRUNK_BATCH, GROUPS, VIEWS, CONTEXT, INSTANCES, OTHERS = 128, 48, 8, 7, 60, 256
 
 
 def median_step(torch, modules, loss):
@@ -90,6 +90,21 @@ def autoencoder(torch):
         still, x, y = latents.split([INVARIANT, PAIRS, PAIRS], 1)
         return torch.cat([still, cos * x - sin * y, sin * x + cos * y], 1)
 
+    def surprise(alone, variance, instances):
+        """-E log P(beta | e), Eq. 13, bounded as ours is: a sample of the others' means stands for all."""
+        others = torch.randint(INSTANCES, (OTHERS,))
+        of_own, of_others = likelihood["means"][instances], likelihood["means"][others]
+        sharpness = 1 / (variance + 1)
+        apart = (alone - of_own).square()
+        squares = (alone.square() * sharpness).sum(1, keepdim=True) - 2 * (alone * sharpness) @ of_others.T
+        squares = squares + sharpness @ of_others.square().T
+        same = instances[:, None] == others[None, :]
+        rest = ((INSTANCES - 1) / (~same).sum(1, keepdim=True).clamp(min=1)).log()
+        shares = torch.where(same, torch.full_like(squares, -1e4), rest - 0.5 * squares)
+        shares = torch.cat([-0.5 * (apart * sharpness).sum(1, keepdim=True), shares], 1)
+        log_sum = torch.logsumexp(shares, 1) - 0.5 * (variance + 1).log().sum(1)
+        return 0.5 * (apart + variance).sum(1) + log_sum
+
     def loss():
         batch = torch.randint(2000, (rows,))
         instances = torch.randint(INSTANCES, (GROUPS,)).repeat_interleave(VIEWS)
@@ -108,8 +123,8 @@ def autoencoder(torch):
         fit = (residual.square() * (-2 * log_sigma).exp() * 0.5 + log_sigma).sum(1).mean()
         divergence = 0.5 * (posterior.square() + variance - variance.log() - 1).sum() / rows
         own = 1 / (precision[:, :INVARIANT] + 1)
-        pulled = mean[:, :INVARIANT] * precision[:, :INVARIANT] * own - likelihood["means"][instances]
-        return fit + divergence + 0.5 * (pulled.square() + own).sum(1).mean()
+        alone = mean[:, :INVARIANT] * precision[:, :INVARIANT] * own
+        return fit + divergence + surprise(alone, own, instances).mean()
 
     return median_step(torch, [encoder, decoder, likelihood], loss)
 

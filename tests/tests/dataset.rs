@@ -70,9 +70,12 @@ fn trajectories_and_pose_graphs_are_those_of_the_episodes() {
 #[test]
 fn a_killed_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
     let scene = SmallScene::new(&[]);
-    let args = ["--seeds", "8", "--format", "vantage,webdataset,parquet,bop,bop-webdataset"];
-    assert_resumes(&scene, &args, |killed| killed.join("episodes.json").exists());
-    let again = Finished::of(&mut scene.dataset("whole", &args));
+    let kept = "vantage,webdataset,parquet,bop,bop-webdataset";
+    let all = format!("{kept},tum,g2o");
+    assert_resumes(&scene, &["--seeds", "8", "--format", &all], |killed| {
+        killed.join("1/manifest.json").exists()
+    });
+    let again = Finished::of(&mut scene.dataset("whole", &["--seeds", "8", "--format", kept]));
     assert!(
         again.stdout.contains("0 episodes written") && again.stdout.contains("8 already"),
         "{}",

@@ -55,18 +55,19 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
     let mut floors: Vec<BTreeMap<Metric, f64>> = vec![BTreeMap::new(); TABLES.len()];
     let mut map = None;
-    for variant in &study.variants {
+    for (number, variant) in study.variants.iter().enumerate() {
         let started = Instant::now();
-        for model in variant_models(&pipeline, &study, variant, &views, &trunks)? {
+        let models = variant_models(&pipeline, &study, variant, &views, &trunks)?;
+        if let (0, Some(first), Some(set)) = (number, models.first(), views.first_scored()) {
+            map = latents::map(set, &latents::embeddings(&first.model, set)?)?;
+        }
+        for model in models {
             let scored = variant_scores(&pipeline, &views, &model)?;
             for ((table, runs), floor) in TABLES.iter().zip(&mut runs).zip(&mut floors) {
                 if let Some(name) = table.floor().filter(|_| floor.is_empty()) {
                     *floor = mean_scores(table, &scored, name);
                 }
                 runs.push(run(&variant.name, model.seed, mean_scores(table, &scored, LATENTS)));
-            }
-            if let Some(set) = views.first_scored().filter(|_| map.is_none()) {
-                map = latents::map(set, &latents::embeddings(&model.model, set)?)?;
             }
         }
         manifest.took(&variant.name, started.elapsed());

@@ -88,7 +88,7 @@ pub struct Training<'a> {
     pub provenance: &'a BTreeMap<String, String>,
     /// The model's folder.
     pub folder: &'a Path,
-    /// A folder of trained trunks, which trainings that differ in stage 2 alone share.
+    /// A folder of trained trunks, which trainings on one device that differ in stage 2 alone share.
     pub trunks: Option<&'a Path>,
     /// What computes both stages; the noise is fitted on the CPU.
     pub device: &'a TrainingDevice,

@@ -7,7 +7,8 @@ use std::path::Path;
 
 pub(super) const PRESENT: &str = "present_instance_names.txt";
 pub(super) const ID_MAP: &str = "instance_id_map.txt";
-const TEXT_MAPS: [&str; 2] = [ID_MAP, "all_instance_id_map.txt"];
+/// Files of a dataset that number its objects.
+pub const ID_MAPS: [&str; 2] = [ID_MAP, "all_instance_id_map.txt"];
 pub(super) const JSON_MAP: &str = "avd_label_map.json";
 const LARGEST: u64 = 1 << 20;
 
@@ -15,7 +16,7 @@ const LARGEST: u64 = 1 << 20;
 pub(super) fn read(scan: &Path) -> Result<BTreeMap<u32, String>, ImportError> {
     let root = scan.parent().unwrap_or(scan);
     for folder in [root, scan] {
-        for file in TEXT_MAPS {
+        for file in ID_MAPS {
             if let Some(names) = optional(read_text_map(&folder.join(file)))? {
                 return Ok(names);
             }

@@ -28,6 +28,7 @@ pub use export::AvdWriter;
 pub use import::{
     AvdScan, ODOMETRY_ROTATION_SIGMA, ODOMETRY_TRANSLATION_SIGMA, read_scan, robot_from_camera,
 };
+pub use labels::ID_MAPS;
 pub use movement::{Movement, MovementGraph, MovementPair};
 pub use name::{ScanName, SceneType};
 

@@ -1,34 +1,65 @@
 //! The manifest of a dataset that is no row of shards: a folder or file for each object, scan or seed.
 
-use super::manifest::{FINISHED, LayoutManifest, ObjectRecord, ShardRecord};
+use super::manifest::{LayoutManifest, ObjectRecord, ShardRecord};
 use super::record::record;
-use crate::store::{Provenance, StoreError, hash_and_sync, remove_if_there, show_id};
+use crate::store::{FileRecord, Provenance, StoreError, hash_and_sync, show_id};
 use crate::{InstanceId, Split};
 use serde_json::Value;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What a dataset will hold once it is finished.
 #[derive(Debug)]
 pub struct Inventory {
     root: PathBuf,
+    /// What an earlier run left.
+    before: Option<LayoutManifest>,
+    withdrawn: bool,
     manifest: LayoutManifest,
-    /// Name, split and number of samples of each folder or file.
-    parts: Vec<(String, Split, u64)>,
+    parts: Vec<Part>,
+}
+
+#[derive(Debug)]
+struct Part {
+    name: String,
+    split: Split,
+    samples: u64,
+    /// Whether an earlier run wrote it.
+    kept: bool,
 }
 
 impl Inventory {
-    /// Of a folder, which may hold parts already; it counts as unfinished from now on.
+    /// Of a folder, which may hold parts already.
     pub fn begin(root: &Path, layout: &str, provenance: Provenance) -> Result<Self, StoreError> {
-        LayoutManifest::find(root)?;
-        remove_if_there(&root.join(FINISHED))?;
+        let before = LayoutManifest::find(root)?.map(|(manifest, _)| manifest);
         let manifest = LayoutManifest::new(layout, Value::Null, provenance);
-        Ok(Self { root: root.to_owned(), manifest, parts: Vec::new() })
+        Ok(Self { root: root.to_owned(), before, withdrawn: false, manifest, parts: Vec::new() })
     }
 
-    /// A folder or file below the root that is there, whole.
+    /// Before something is written: the dataset counts as unfinished from now on.
+    pub fn withdraw(&mut self) -> Result<(), StoreError> {
+        match &mut self.before {
+            Some(before) if !self.withdrawn => before.withdraw(&self.root)?,
+            _ => {}
+        }
+        self.withdrawn = true;
+        Ok(())
+    }
+
+    /// A folder or file below the root that was written whole.
     pub fn add(&mut self, name: impl Into<String>, split: Split, samples: u64) {
-        self.parts.push((name.into(), split, samples));
+        self.push(Part { name: name.into(), split, samples, kept: false });
+    }
+
+    /// One that an earlier run wrote.
+    pub fn keep(&mut self, name: impl Into<String>, split: Split, samples: u64) {
+        self.push(Part { name: name.into(), split, samples, kept: true });
+    }
+
+    /// Two seeds may show one object.
+    fn push(&mut self, part: Part) {
+        if self.parts.iter().all(|other| other.name != part.name) {
+            self.parts.push(part);
+        }
     }
 
     /// The licence of an object's mesh.
@@ -37,20 +68,26 @@ impl Inventory {
         self.manifest.objects.insert(show_id(instance), record);
     }
 
-    /// Hashes everything and writes `manifest.json`.
-    pub fn finish(mut self) -> Result<(), StoreError> {
-        for (name, split, samples) in self.parts {
-            let content = record(&self.root.join(&name))?;
+    /// Hashes the parts, and `files` where they are there, and writes `manifest.json`. A kept part has to be as an earlier manifest
+    /// has it.
+    pub fn finish(mut self, files: &[&str]) -> Result<(), StoreError> {
+        for Part { name, split, samples, kept } in self.parts {
+            let path = self.root.join(&name);
+            let content = record(&path)?;
+            let parts = self.before.iter().flat_map(|before| &before.shards);
+            let expected = parts.filter(|part| kept && part.name == name).map(|part| &part.content).next();
+            if let Some(expected) = expected.filter(|expected| **expected != content) {
+                let show = |record: &FileRecord| format!("{} bytes, blake3 {}", record.bytes, record.blake3);
+                return Err(StoreError::Damaged { path, got: show(&content), expected: show(expected) });
+            }
             let first = self.manifest.samples;
             self.manifest.shards.push(ShardRecord { name, split, first, samples, content });
             self.manifest.samples += samples;
         }
-        for entry in fs::read_dir(&self.root).map_err(StoreError::read(&self.root))? {
-            let entry = entry.map_err(StoreError::read(&self.root))?;
-            let name = entry.file_name().to_string_lossy().into_owned();
-            let is_part = self.manifest.shards.iter().any(|part| part.name == name);
-            if !is_part && !name.starts_with('.') && entry.path().is_file() {
-                self.manifest.files.insert(name, hash_and_sync(&entry.path())?);
+        for name in files {
+            let path = self.root.join(name);
+            if path.exists() {
+                self.manifest.files.insert((*name).to_owned(), hash_and_sync(&path)?);
             }
         }
         self.manifest.write_finished(&self.root)

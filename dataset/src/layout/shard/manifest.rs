@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::record::record;
 
-pub(super) const FINISHED: &str = "manifest.json";
+const FINISHED: &str = "manifest.json";
 const PARTIAL: &str = "manifest.partial.json";
 
 /// What a dataset folder holds, and the proof that it holds it still.

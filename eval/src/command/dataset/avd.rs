@@ -1,15 +1,17 @@
 //! `avd`: a grid of images in the layout of the Active Vision dataset, one scan a seed.
 
-use super::claim::{claim, inventory};
+use super::claim::{CLAIM, add_licences, claim};
+use super::images::licences;
 use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputError;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use vantage_dataset::layout::Inventory;
-use vantage_dataset::layout::avd::{AvdWriter, GRID, HEADINGS, ScanName, SceneType};
+use vantage_dataset::layout::avd::{AvdWriter, GRID, HEADINGS, ID_MAPS, ScanName, SceneType};
 use vantage_dataset::store::Provenance;
-use vantage_dataset::{Capture, Episode, Seed, Split};
+use vantage_dataset::{Capture, Episode, InstanceId, Seed, Split};
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::PathSpec;
 
@@ -24,6 +26,7 @@ const TOLERANCE: f64 = 1e-9;
 pub struct Avd {
     root: PathBuf,
     split: Split,
+    licences: BTreeMap<InstanceId, String>,
     scan: Option<(AvdWriter, PathBuf)>,
     inventory: Inventory,
 }
@@ -45,8 +48,9 @@ impl Avd {
         }
         source.require_seeds_below(HOMES, "avd")?;
         claim(root, provenance)?;
-        let inventory = inventory(root, "avd", source)?;
-        Ok(Self { root: root.to_owned(), split: source.split, scan: None, inventory })
+        let inventory = Inventory::begin(root, "avd", source.provenance.clone())?;
+        let (root, licences) = (root.to_owned(), licences(source.scene));
+        Ok(Self { root, split: source.split, licences, scan: None, inventory })
     }
 
     fn folder(&self, name: &ScanName) -> PathBuf {
@@ -68,17 +72,22 @@ fn cannot(path: &Path) -> impl FnOnce(std::io::Error) -> OutputError + use<> {
 }
 
 impl Format for Avd {
-    fn need(&mut self, seed: Seed, index: &Index) -> Result<Need, BenchError> {
-        let name = name(seed);
-        if !self.folder(&name).exists() || self.mark(&name).exists() {
-            return Ok(Need::Captures);
+    fn need(&mut self, _: Seed, _: &Index) -> Result<Need, BenchError> {
+        Ok(Need::Captures)
+    }
+
+    fn wants(&mut self, rollout: &Rollout) -> bool {
+        add_licences(&mut self.inventory, &self.licences, rollout);
+        let name = name(rollout.seed);
+        let finished = self.folder(&name).exists() && !self.mark(&name).exists();
+        if finished {
+            self.inventory.keep(name.to_string(), self.split, rollout.steps() as u64);
         }
-        let images = index.get(seed).map_or(0, |counts| counts.images);
-        self.inventory.add(name.to_string(), self.split, images);
-        Ok(Need::Nothing)
+        !finished
     }
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
+        self.inventory.withdraw()?;
         let name = name(rollout.seed);
         let (folder, mark) = (self.folder(&name), self.mark(&name));
         if folder.exists() {
@@ -106,6 +115,6 @@ impl Format for Avd {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish()?)
+        Ok(self.inventory.finish(&[CLAIM, ID_MAPS[0], ID_MAPS[1]])?)
     }
 }

@@ -1,15 +1,17 @@
 //! `bigbird`: a turntable's images as those of the BigBIRD rig, one folder an object.
 
-use super::claim::{claim, inventory};
+use super::claim::{CLAIM, add_licences, claim};
+use super::images::licences;
 use super::{Format, Index, Need, Source};
 use crate::exit::BenchError;
 use crate::output::OutputError;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use vantage_dataset::layout::bigbird::{BigBirdWriter, CAMERAS};
 use vantage_dataset::layout::{Inventory, object_name};
 use vantage_dataset::store::Provenance;
-use vantage_dataset::{Capture, Episode, Pose, Seed, Split};
+use vantage_dataset::{Capture, Episode, InstanceId, Pose, Seed, Split};
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::PathSpec;
 
@@ -24,6 +26,7 @@ pub struct BigBird {
     degrees: u32,
     object: Option<(BigBirdWriter, String)>,
     split: Split,
+    licences: BTreeMap<InstanceId, String>,
     inventory: Inventory,
 }
 
@@ -47,9 +50,9 @@ impl BigBird {
             )));
         }
         claim(root, provenance)?;
-        let inventory = inventory(root, "bigbird", source)?;
-        let (root, split) = (root.to_owned(), source.split);
-        Ok(Self { root, degrees: 360 / angles, object: None, split, inventory })
+        let inventory = Inventory::begin(root, "bigbird", source.provenance.clone())?;
+        let (root, split, licences) = (root.to_owned(), source.split, licences(source.scene));
+        Ok(Self { root, degrees: 360 / angles, object: None, split, licences, inventory })
     }
 
     fn cannot(&self) -> impl Fn(std::io::Error) -> OutputError + use<> {
@@ -64,16 +67,18 @@ impl Format for BigBird {
     }
 
     fn wants(&mut self, rollout: &Rollout) -> bool {
+        add_licences(&mut self.inventory, &self.licences, rollout);
         let objects = rollout.world.truth();
         let Some(name) = objects.first().map(object_name) else { return false };
         let finished = self.root.join(&name).join(LAST).exists();
         if finished {
-            self.inventory.add(name, self.split, rollout.steps() as u64);
+            self.inventory.keep(name, self.split, rollout.steps() as u64);
         }
         !finished
     }
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
+        self.inventory.withdraw()?;
         let work = self.root.join(WORK);
         if work.exists() {
             fs::remove_dir_all(&work).map_err(self.cannot())?;
@@ -110,6 +115,6 @@ impl Format for BigBird {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish()?)
+        Ok(self.inventory.finish(&[CLAIM])?)
     }
 }

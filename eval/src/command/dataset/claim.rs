@@ -1,19 +1,21 @@
 //! Folders in the layouts of others: whose they are, of what scene, and what they hold.
 
-use super::Source;
-use super::images::licences;
 use crate::exit::BenchError;
 use crate::output::OutputFolder;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use vantage_dataset::InstanceId;
 use vantage_dataset::layout::Inventory;
 use vantage_dataset::store::Provenance;
+use vantage_sim::rollout::Rollout;
 
-const NAME: &str = "dataset.json";
+/// File that says whose a folder is.
+pub const CLAIM: &str = "dataset.json";
 
 /// Makes the folder ours, or finds that it is, of the same scene, split and renderer.
 pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
-    let path = root.join(NAME);
+    let path = root.join(CLAIM);
     if let Ok(text) = fs::read(&path) {
         let found: Option<Provenance> = serde_json::from_slice(&text).ok();
         return match found {
@@ -24,14 +26,14 @@ pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
     if fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(BenchError::NotOurs { folder: root.to_owned() });
     }
-    Ok(OutputFolder::probe(root)?.write(NAME, &serde_json::to_vec_pretty(provenance)?)?)
+    Ok(OutputFolder::probe(root)?.write(CLAIM, &serde_json::to_vec_pretty(provenance)?)?)
 }
 
-/// The manifest to be of such a folder, with the licences of the scene's meshes.
-pub fn inventory(root: &Path, layout: &str, source: &Source<'_>) -> Result<Inventory, BenchError> {
-    let mut inventory = Inventory::begin(root, layout, source.provenance.clone())?;
-    for (instance, licence) in licences(source.scene) {
-        inventory.add_licence(instance, &licence);
+/// Enters the licence of each mesh that is in a world, by the object that it is of.
+pub fn add_licences(inventory: &mut Inventory, licences: &BTreeMap<InstanceId, String>, rollout: &Rollout) {
+    for object in &rollout.world.objects {
+        if let Some(licence) = licences.get(&object.original) {
+            inventory.add_licence(object.id, licence);
+        }
     }
-    Ok(inventory)
 }

@@ -46,6 +46,7 @@ impl Format for Trajectories<'_> {
     }
 
     fn begin(&mut self, rollout: &Rollout) -> Result<(), BenchError> {
+        self.inventory.withdraw()?;
         let seed = rollout.seed.0;
         let by_odometry = dead_reckoning(rollout.steps(), &rollout.odometry);
         if self.as_graph {
@@ -66,6 +67,6 @@ impl Format for Trajectories<'_> {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish()?)
+        Ok(self.inventory.finish(&[])?)
     }
 }

@@ -11,8 +11,8 @@ pub const LATENTS: &str = "latents.png";
 
 /// The latent of each view, by its invariant numbers.
 pub fn embeddings(model: &Model, set: &ViewSet) -> Result<Vec<Vec<f32>>, BenchError> {
-    let embed = |numbers: Vec<f64>| numbers.into_iter().map(|number| number as f32).collect();
-    set.views.iter().map(|view| Ok(embed(model.embed(&view.crop, Some(&view.viewpoint))?))).collect()
+    let narrowed = |numbers: Vec<f64>| numbers.into_iter().map(|number| number as f32).collect();
+    set.views.iter().map(|view| Ok(narrowed(model.embed(&view.crop, Some(&view.viewpoint))?))).collect()
 }
 
 /// The map of the embeddings of all views as SVG, and with images as PNG; `None` where t-SNE has too few.
