@@ -14,6 +14,7 @@
 pub mod cli;
 pub mod command;
 pub mod distribution;
+pub mod error;
 pub mod exit;
 pub mod figure;
 pub mod gate;

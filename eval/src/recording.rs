@@ -10,7 +10,7 @@
 //! world/robot/camera/image                what it sees; below it detections and sighted landmarks
 //! ```
 
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputError;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};

@@ -1,6 +1,6 @@
 //! The files of a finished run: results, tables, rows, manifest.
 
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::manifest::{self, Manifest};
 use crate::output::OutputFolder;
 use crate::render::{Style, csv, tables};

@@ -2,7 +2,8 @@
 
 use crate::cli::{Cli, Command};
 use crate::command;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;
 

@@ -110,6 +110,11 @@ pub struct TrainingSpec {
     /// Steps that train the trunk, whose features become the reduced measurement.
     #[garde(range(min = 1, max = 1_000_000))]
     pub trunk_steps: u32,
+    /// Weight, in the trunk's loss, of telling the instances of crops apart (InfoNCE) beside their viewpoints; with 0 the trunk
+    /// learns viewpoints alone. Needs an objective that is told of true viewpoints.
+    #[garde(range(min = 0.0, max = 1e3), custom(not_nan), custom(beside_viewpoints(self)))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub trunk_instance_weight: f64,
     /// Crops in a step of the trunk.
     #[garde(range(min = 1, max = 4096))]
     pub trunk_batch: u32,
@@ -172,6 +177,7 @@ impl Default for TrainingSpec {
             predictive: PredictiveSpec::default(),
             class: None,
             trunk_steps: 2000,
+            trunk_instance_weight: 0.0,
             trunk_batch: 128,
             steps: 3000,
             batch: 48,
@@ -234,6 +240,15 @@ fn leaves_invariant(spec: &TrainingSpec) -> impl FnOnce(&usize, &()) -> garde::R
             return Ok(());
         }
         Err(garde::Error::new(format!("latent_dim is {latent}: with {pairs} it has to be at least {least}")))
+    }
+}
+
+fn beside_viewpoints(spec: &TrainingSpec) -> impl FnOnce(&f64, &()) -> garde::Result + '_ {
+    move |&weight, ()| {
+        if weight == 0.0 || spec.convention() == Some(Convention::AzimuthHarmonics) {
+            return Ok(());
+        }
+        Err(garde::Error::new("has to be 0 but with objective viewpoint_dependent or discrete_class"))
     }
 }
 

@@ -6,15 +6,13 @@
 mod support;
 
 use nalgebra::{DVector, Point3, Vector3};
-use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::Path;
-use support::{tiny_spec, training_views, validation_views};
+use support::{tiny_spec, trained, training_views, validation_views};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
-use vantage_dataset::{Pose, Seed, Sighting, Split, ViewSet};
+use vantage_dataset::{Pose, Sighting, Split, ViewSet};
 use vantage_learn::{
     CURVE_TABLE, ClassSpec, InstanceTerm, Kind, LatentGaussian, Model, Motion, Objective, Pairs,
-    PredictiveSpec, Progress, Stage, TrainError, Training, TrainingDevice, TrainingSpec, train,
+    PredictiveSpec, Progress, Stage, TrainError, TrainingSpec,
 };
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
@@ -34,25 +32,13 @@ fn toured(mut set: ViewSet) -> ViewSet {
     set
 }
 
-fn trained(set: &ViewSet, spec: &TrainingSpec, folder: &Path) -> Result<(), TrainError> {
-    let validation = toured(validation_views());
-    let provenance = BTreeMap::new();
-    let asked = Training {
-        training: set,
-        validation: &validation,
-        spec,
-        seed: Seed(0),
-        provenance: &provenance,
-        folder,
-        trunks: None,
-        device: &TrainingDevice::default(),
-    };
-    train(asked, &mut |_| ControlFlow::Continue(()))
+fn trained_on(set: &ViewSet, spec: &TrainingSpec, folder: &Path) -> Result<Vec<Progress>, TrainError> {
+    trained([set, &toured(validation_views())], spec, folder, None, |_| false)
 }
 
 fn curve(set: &ViewSet, spec: &TrainingSpec) -> String {
     let folder = tempfile::tempdir().unwrap();
-    trained(set, spec, folder.path()).unwrap();
+    trained_on(set, spec, folder.path()).unwrap();
     std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap()
 }
 
@@ -84,7 +70,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
         (rival(Objective::Contrastive), Kind::Embedding, false, 30),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        trained(&set, &spec, folder.path()).unwrap();
+        trained_on(&set, &spec, folder.path()).unwrap();
         let model = Model::load(folder.path()).unwrap();
         assert_eq!(model.manifest().kind, kind, "{spec:?}");
         assert_eq!((model.viewing().is_some(), spec.is_viewing()), (viewing, viewing), "{spec:?}");
@@ -99,7 +85,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
 fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
     let set = toured(training_views());
     let folder = tempfile::tempdir().unwrap();
-    trained(&set, &predictive(PredictiveSpec::default()), folder.path()).unwrap();
+    trained_on(&set, &predictive(PredictiveSpec::default()), folder.path()).unwrap();
     let model = Model::load(folder.path()).unwrap();
     let viewing = model.viewing().unwrap();
     let view = &set.views[0];
@@ -150,7 +136,7 @@ fn the_predictive_model_reads_odometry_and_nothing_true() {
 fn without_sightings_the_predictive_model_is_refused_with_the_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let error =
-        trained(&training_views(), &predictive(PredictiveSpec::default()), folder.path()).unwrap_err();
+        trained_on(&training_views(), &predictive(PredictiveSpec::default()), folder.path()).unwrap_err();
     assert!(matches!(error, TrainError::Sighting { split: Split::Train, view: 0 }));
     assert!(error.to_string().contains("views.odometry"), "{error}");
 }
@@ -177,7 +163,7 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
     }
     let spec = TrainingSpec { objective: Objective::DiscreteClass, latent_dim: 12, ..tiny_spec() };
     let folder = tempfile::tempdir().unwrap();
-    trained(&set, &spec, folder.path()).unwrap();
+    trained_on(&set, &spec, folder.path()).unwrap();
     let model = Model::load(folder.path()).unwrap();
     let viewing = model.viewing().unwrap();
     let factors: Vec<_> =
@@ -197,8 +183,27 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
     assert!((seen(1.0) - seen(-1.0)).norm() > 1e-3);
 
     let small = TrainingSpec { latent_dim: 11, ..spec };
-    let error = trained(&set, &small, tempfile::tempdir().unwrap().path()).unwrap_err();
+    let error = trained_on(&set, &small, tempfile::tempdir().unwrap().path()).unwrap_err();
     assert!(matches!(error, TrainError::Classes { got: 12, latent: 11 }), "{error}");
+}
+
+#[test]
+fn a_trunk_learns_instances_beside_viewpoints_where_it_is_asked_to() {
+    let spec = TrainingSpec { trunk_instance_weight: 1.0, ..tiny_spec() };
+    let folder = tempfile::tempdir().unwrap();
+    let views = [&training_views(), &validation_views()];
+    trained(views, &spec, folder.path(), None, |_| false).unwrap();
+    let table = std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap();
+    let place = table.lines().next().unwrap().split(',').position(|name| name == "instance").unwrap();
+    let trunk = table.lines().filter(|line| line.starts_with("trunk"));
+    let terms: Vec<f64> = trunk.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect();
+    let mean = |terms: &[f64]| terms.iter().sum::<f64>() / terms.len() as f64;
+    let (first, last) = (mean(&terms[..8]), mean(&terms[terms.len() - 8..]));
+    assert!(last < 0.8 * first, "{first} {last}");
+
+    let told_less = TrainingSpec { objective: Objective::ViewpointPredictive, ..spec };
+    let error = trained(views, &told_less, folder.path(), None, |_| false).unwrap_err();
+    assert!(error.to_string().contains("trunk_instance_weight"), "{error}");
 }
 
 #[test]
@@ -208,24 +213,9 @@ fn trainings_that_differ_in_stage_two_share_a_trunk_and_no_result_changes() {
     let other = TrainingSpec { instance_weight: 0.0, ..tiny_spec() };
     let run = |spec: &TrainingSpec, trunks: Option<&Path>| {
         let folder = tempfile::tempdir().unwrap();
-        let provenance = BTreeMap::new();
-        let asked = Training {
-            training: &set,
-            validation: &validation,
-            spec,
-            seed: Seed(0),
-            provenance: &provenance,
-            folder: folder.path(),
-            trunks,
-            device: &TrainingDevice::default(),
-        };
-        let mut trunk_steps = 0;
-        let count = |progress: &Progress| {
-            trunk_steps += usize::from(matches!(progress, Progress::Step { stage: Stage::Trunk, .. }));
-            ControlFlow::Continue(())
-        };
-        let mut count = count;
-        train(asked, &mut count).unwrap();
+        let told = trained([&set, &validation], spec, folder.path(), trunks, |_| false).unwrap();
+        let of_trunk = |told: &&Progress| matches!(told, Progress::Step { stage: Stage::Trunk, .. });
+        let trunk_steps = told.iter().filter(of_trunk).count();
         (trunk_steps, std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap())
     };
     assert_eq!(run(&tiny_spec(), Some(trunks.path())).0, tiny_spec().trunk_steps as usize);

@@ -4,39 +4,16 @@
 
 mod support;
 
-use std::collections::BTreeMap;
-use std::ops::ControlFlow;
-use std::path::Path;
-use support::{synthetic, tiny_model, tiny_spec, tiny_training, training_views, validation_views};
-use vantage_dataset::{Crop, Seed, Split, ViewSet};
+use support::{synthetic, tiny_model, tiny_spec, tiny_training, trained, training_views, validation_views};
+use vantage_dataset::{Crop, Split, ViewSet};
 use vantage_learn::{
-    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, Training,
-    TrainingDevice, TrainingSpec, ViewpointModel, train,
+    CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, TrainingSpec,
+    ViewpointModel,
 };
-
-fn trained(
-    training: &ViewSet,
-    validation: &ViewSet,
-    spec: &TrainingSpec,
-    folder: &Path,
-) -> Result<(), TrainError> {
-    let provenance = &BTreeMap::new();
-    let asked = Training {
-        training,
-        validation,
-        spec,
-        seed: Seed(0),
-        provenance,
-        folder,
-        trunks: None,
-        device: &TrainingDevice::default(),
-    };
-    train(asked, &mut |_| ControlFlow::Continue(()))
-}
 
 fn refused(training: &ViewSet, validation: &ViewSet, spec: &TrainingSpec) -> TrainError {
     let folder = tempfile::tempdir().unwrap();
-    let result = trained(training, validation, spec, folder.path());
+    let result = trained([training, validation], spec, folder.path(), None, |_| false);
     let left = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(left, 0, "what is refused leaves nothing, and so trained nothing");
     result.unwrap_err()
@@ -124,7 +101,7 @@ fn a_non_finite_loss_stops_the_training_and_keeps_the_log() {
         view.viewpoint.log_distance = 1e30;
     }
     let folder = tempfile::tempdir().unwrap();
-    let result = trained(&training, &validation_views(), &tiny_spec(), folder.path());
+    let result = trained([&training, &validation_views()], &tiny_spec(), folder.path(), None, |_| false);
     let Err(TrainError::NonFiniteLoss { stage: Stage::Trunk, step, loss, log }) = result else {
         panic!("{result:?}");
     };
@@ -139,7 +116,7 @@ fn a_training_with_a_share_of_black_crops_ends_with_a_model_that_answers_to_blac
     let mut training = training_views();
     training.views.iter_mut().step_by(3).for_each(|view| view.crop = Crop::black());
     let folder = tempfile::tempdir().unwrap();
-    trained(&training, &validation_views(), &tiny_spec(), folder.path()).unwrap();
+    trained([&training, &validation_views()], &tiny_spec(), folder.path(), None, |_| false).unwrap();
     let model = ViewpointModel::load(folder.path()).unwrap();
     model.measure(&Crop::black()).unwrap();
 }

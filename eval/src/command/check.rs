@@ -2,7 +2,8 @@
 
 use super::score::{score, seeds};
 use crate::cli::CheckArgs;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::gate::{Machine, comparable, compare};
 use crate::render::Style;
 use crate::results::Results;

@@ -1,7 +1,8 @@
 //! `bench import LAYOUT DIR --out DIR`: real data in our own layout.
 
 use crate::cli::{ImportArgs, ImportLayout, SplitChoice};
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::output::OutputFolder;
 use crate::progress::Progress;
 use std::io::Write;

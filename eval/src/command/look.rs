@@ -1,7 +1,8 @@
 //! `bench look SCENE`: a scene at a glance.
 
 use crate::cli::LookArgs;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::figure::scene_sheet::{Panel, SceneSheet};
 use crate::output::OutputFolder;
 use crate::progress::Progress;

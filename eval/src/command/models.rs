@@ -1,7 +1,8 @@
 //! `bench models DIR...`: what model folders hold.
 
 use crate::cli::ModelsArgs;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::render::{Style, draw};
 use std::io::Write;
 use std::path::Path;

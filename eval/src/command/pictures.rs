@@ -2,7 +2,7 @@
 
 use super::score::Scored;
 use super::tables::row_name;
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::figure::contact_sheet::contact_sheet_png;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::trajectory::{TopView, trajectory_svg};

@@ -2,7 +2,8 @@
 
 use super::{pictures, tables};
 use crate::cli::{RunArgs, StageArgs};
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::manifest::{Manifest, Renderer};
 use crate::output::OutputFolder;
 use crate::pipeline::{

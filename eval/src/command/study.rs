@@ -2,7 +2,8 @@
 
 use super::figures::latents;
 use crate::cli::StudyArgs;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::manifest::Manifest;
 use crate::metric::Metric;
 use crate::output::OutputFolder;

@@ -1,6 +1,6 @@
 //! Answers and truth -> the tables of a scene.
 
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::metric::Metric;
 use crate::pipeline::{Answer, LoadedModel, SeedEpisode, TABLES, Unseen};
 use crate::score::ate::{ate, ate_umeyama};

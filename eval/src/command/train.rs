@@ -1,7 +1,8 @@
 //! `bench train SCENE --out DIR`: the scene's model, trained from scratch.
 
 use crate::cli::TrainArgs;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::output::OutputFolder;
 use crate::pipeline::{Pipeline, train as train_into, train_on};
 use std::io::Write;

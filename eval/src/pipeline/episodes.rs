@@ -1,7 +1,7 @@
 //! Stage `episode`: what a robot observes under each seed.
 
 use super::{Pipeline, code};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;

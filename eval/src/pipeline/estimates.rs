@@ -1,7 +1,7 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, code};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputError;
 use crate::score::object::ObjectEstimate;
 use crate::table::Outcome;

@@ -31,7 +31,7 @@ pub use unseen::{
 pub use views::views;
 
 use crate::cli::RendererChoice;
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
 use std::cell::RefCell;

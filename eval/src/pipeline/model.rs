@@ -1,7 +1,7 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
 use super::{Pipeline, TractModel};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::scene_file;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use super::model::check_unseen;
 use super::training::{Fit, fit};
 use super::{Pipeline, ScoredViews, Subject, Unseen, code, test_views, unseen, views};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::scene_file;
 use crate::study_file::{Scored, StudyFile, Variant};
 use std::collections::BTreeMap;

@@ -2,7 +2,7 @@
 
 use super::model::VIEW_CONDITIONS;
 use super::{Pipeline, code, views};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::manifest::Host;
 use crate::progress::Stage;
 use crate::scene_file;

@@ -1,7 +1,7 @@
 //! Stage `views`: single objects from known viewpoints.
 
 use super::{Pipeline, code};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{Key, read_manifest, read_views, write_views};

@@ -42,7 +42,7 @@ mod tests {
     fn they_give_what_the_own_ones_give() {
         let device = Device::flex();
         let architecture = Architecture::new(&TrainingSpec::default()).unwrap();
-        let trunk = TrunkWithHead::new(&architecture, &[32, 2], Seed(1), &device).trunk;
+        let trunk = TrunkWithHead::new(&architecture, &[32, 2], None, Seed(1), &device).trunk;
         let set = synthetic::views(Split::Train, 3, 2, 1);
         let crops: Vec<&Crop> = set.views.iter().map(|view| &view.crop).collect();
         let own = trunk.convolutions().pass(&crops).outputs();

@@ -28,7 +28,7 @@ pub(crate) struct Loss {
 /// What the terms of a stage's loss are.
 fn terms(stage: Stage) -> &'static [&'static str] {
     match stage {
-        Stage::Trunk => &["azimuth", "upright"],
+        Stage::Trunk => &["azimuth", "upright", "instance"],
         Stage::Autoencoder => &["measurement", "image", "divergence", "association"],
     }
 }

@@ -197,7 +197,8 @@ fn start(
 ) -> Result<Starts, TrainError> {
     let sizes = [views.instances, views.classes];
     let head = Task::of(run.spec).head(&run.architecture);
-    let trunk = || TrunkWithHead::new(&run.architecture, &head, run.seed, device);
+    let embedding = trunk::embedding(run.spec);
+    let trunk = || TrunkWithHead::new(&run.architecture, &head, embedding, run.seed, device);
     let autoencoder = || Autoencoder::new(&run.architecture, sizes, run.seed, device);
     let whole = |bytes: &[u8]| {
         let module = checkpoint::module_from(trunk(), bytes)?;

@@ -36,6 +36,8 @@ pub(crate) struct Trunk {
 pub(crate) struct TrunkWithHead {
     pub(crate) trunk: Trunk,
     head: Vec<Linear>,
+    /// From features to what tells instances apart, where the trunk learns that beside the viewpoint.
+    embedding: Option<Linear>,
 }
 
 /// Encoder `q`, decoder `p`, and the parameters of their likelihoods and of the instance term.
@@ -157,8 +159,15 @@ impl Trunk {
 }
 
 impl TrunkWithHead {
-    /// Fresh weights; `head` lists the numbers that go in and come out of each of the head's layers.
-    pub(crate) fn new(architecture: &Architecture, head: &[usize], seed: Seed, device: &Device) -> Self {
+    /// Fresh weights; `head` lists the numbers that go in and come out of each of the head's layers, `embedding` is how many
+    /// tell instances apart.
+    pub(crate) fn new(
+        architecture: &Architecture,
+        head: &[usize],
+        embedding: Option<usize>,
+        seed: Seed,
+        device: &Device,
+    ) -> Self {
         let stream = &mut seed.stream("trunk weights", 0);
         let trunk = Trunk::new(architecture, stream, device);
         let last = head.len().saturating_sub(2);
@@ -166,12 +175,20 @@ impl TrunkWithHead {
             let gain = if index == last { Gain::Linear } else { Gain::Relu };
             linear(sizes[0], sizes[1], gain, stream, device)
         };
-        Self { trunk, head: head.windows(2).enumerate().map(layer).collect() }
+        let head = head.windows(2).enumerate().map(layer).collect();
+        let embedding =
+            embedding.map(|size| linear(architecture.features, size, Gain::Linear, stream, device));
+        Self { trunk, head, embedding }
     }
 
-    /// `m(z)`, not whitened.
-    pub(crate) fn measure(&self, convolved: Tensor<2>) -> Tensor<2> {
-        self.trunk.measurement.forward(self.trunk.features(convolved))
+    /// `m(z)` of features, not whitened.
+    pub(crate) fn measure(&self, features: Tensor<2>) -> Tensor<2> {
+        self.trunk.measurement.forward(features)
+    }
+
+    /// What tells instances apart, of features.
+    pub(crate) fn embed(&self, features: Tensor<2>) -> Option<Tensor<2>> {
+        self.embedding.as_ref().map(|layer| layer.forward(features))
     }
 
     /// What the head makes of measurements.

@@ -26,6 +26,8 @@ const REST_WEIGHT: f64 = 2.0;
 const TOGETHER: usize = 8;
 /// Hidden numbers of a head that compares two views.
 const COMPARED: usize = 128;
+/// Numbers by which the trunk tells instances apart.
+const EMBEDDING: usize = 64;
 
 /// What the head answers from `m(z)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +74,11 @@ impl Task {
     }
 }
 
+/// Numbers that tell instances apart beside the task, if any.
+pub(crate) fn embedding(spec: &TrainingSpec) -> Option<usize> {
+    (spec.trunk_instance_weight > 0.0).then_some(EMBEDDING)
+}
+
 /// What stage 1 descends over.
 pub(crate) struct TrunkData<'a> {
     pub(crate) task: Task,
@@ -87,22 +94,22 @@ pub(crate) struct TrunkData<'a> {
 
 /// The loss of the random batch of a step: cross-entropy of the angle over bins, which can be told apart or not (those of
 /// symmetric objects cannot), and the squared error of the rest; or the task's own.
-pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> Step<2> {
+pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> Step<3> {
     let TrunkData { task, views, spec, seed, device, .. } = *data;
     let mut stream = seed.stream("trunk batch", index as u64);
-    let batch = draw(task, views, spec.trunk_batch as usize, &mut stream);
+    let batch = draw(task, views, spec, &mut stream);
     if data.on_gpu {
         let convolved =
             burn_convolution::convolved(&network.trunk, &views.crops(batch.iter().copied()), device);
-        let (total, terms) = data.loss(network, network.measure(convolved), &batch);
+        let (total, terms) = data.loss(network, network.trunk.features(convolved), &batch);
         let loss = scalar(&total);
         return Step { loss, terms, gradients: GradientsParams::from_grads(total.backward(), network) };
     }
     let convolutions = network.trunk.convolutions();
     let pass = convolutions.pass(&views.crops(batch.iter().copied()));
     let convolved = table(pass.outputs(), batch.len(), device).require_grad();
-    let m = network.measure(convolved.clone());
-    let (total, terms) = data.loss(network, m, &batch);
+    let features = network.trunk.features(convolved.clone());
+    let (total, terms) = data.loss(network, features, &batch);
     let tape = total.backward();
     let d_convolved = numbers(convolved.grad(&tape).expect("the loss depends on the convolutions"));
     let mut gradients = GradientsParams::from_grads(tape, network);
@@ -116,7 +123,11 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
 
 /// Views of a batch: those of a session one after the other; or, where crops come in pairs, as many first views as second ones,
 /// each of the same group.
-fn draw(task: Task, views: &Views, count: usize, stream: &mut Stream) -> Vec<usize> {
+fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> Vec<usize> {
+    let count = spec.trunk_batch as usize;
+    if spec.trunk_instance_weight > 0.0 {
+        return views.pairs_of_different((count / 2).max(1), stream);
+    }
     if task == Task::Change {
         let session = |_| views.some(TOGETHER, stream);
         return (0..(count / TOGETHER).max(1)).flat_map(session).collect();
@@ -128,7 +139,15 @@ fn draw(task: Task, views: &Views, count: usize, stream: &mut Stream) -> Vec<usi
 }
 
 impl TrunkData<'_> {
-    fn loss(&self, network: &TrunkWithHead, m: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 2]) {
+    fn loss(&self, network: &TrunkWithHead, features: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 3]) {
+        let (total, [first, second]) = self.of_task(network, network.measure(features.clone()), batch);
+        let Some(embedded) = network.embed(features) else { return (total, [first, second, 0.0]) };
+        let apart = contrastive::loss(embedded, self.device);
+        let third = scalar(&apart);
+        (total + apart * self.spec.trunk_instance_weight, [first, second, third])
+    }
+
+    fn of_task(&self, network: &TrunkWithHead, m: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 2]) {
         let (views, half) = (self.views, batch.len() / 2);
         let pairs = || batch[..half].iter().zip(&batch[half..]);
         let uprights = || batch.iter().flat_map(|&view| views.upright(view)).collect();

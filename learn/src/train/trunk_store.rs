@@ -32,7 +32,7 @@ impl TrunkStore {
         let task = format!("{:?} {:?}", Task::of(spec), spec.predictive.motion);
         let sizes =
             (&architecture.trunk, architecture.features, architecture.measurement, architecture.components);
-        let descent = (spec.trunk_steps, spec.trunk_batch, spec.learning_rate);
+        let descent = (spec.trunk_steps, spec.trunk_batch, spec.learning_rate, spec.trunk_instance_weight);
         let decides =
             (env!("CARGO_PKG_VERSION"), &origin.data_hash, &origin.provenance, task, sizes, descent, seed);
         let json = serde_json::to_vec(&decides).expect("numbers and strings become JSON");

@@ -110,10 +110,23 @@ impl<'a> Views<'a> {
         let mut rows = vec![0; 2 * count];
         for row in 0..count {
             let group = &self.groups[stream.below(self.groups.len())].views;
-            let first = stream.below(group.len());
-            let second = (first + 1 + stream.below(group.len() - 1)) % group.len();
-            (rows[row], rows[count + row]) = (group[first], group[second]);
+            [rows[row], rows[count + row]] = two_of(group, stream);
         }
+        rows
+    }
+
+    /// Two views each of up to `count` different groups: first ones, then their partners.
+    pub(crate) fn pairs_of_different(&self, count: usize, stream: &mut Stream) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.groups.len()).collect();
+        stream.shuffle(&mut order);
+        order.truncate(count);
+        let (mut rows, mut partners) = (Vec::new(), Vec::new());
+        for group in order {
+            let [first, second] = two_of(&self.groups[group].views, stream);
+            rows.push(first);
+            partners.push(second);
+        }
+        rows.append(&mut partners);
         rows
     }
 
@@ -160,6 +173,12 @@ impl<'a> Views<'a> {
             None => Vec::new(),
         }
     }
+}
+
+fn two_of(views: &[usize], stream: &mut Stream) -> [usize; 2] {
+    let first = stream.below(views.len());
+    let second = (first + 1 + stream.below(views.len() - 1)) % views.len();
+    [views[first], views[second]]
 }
 
 type Grouped = (Vec<Option<Viewpoint>>, Vec<(usize, Vec<usize>)>);

@@ -35,10 +35,12 @@ pub fn validation_views() -> ViewSet {
     synthetic::views(Split::Validation, 8, 8, 2)
 }
 
-/// A training in `folder`, told to stop wherever `stop` says so.
-pub fn tiny_training(
-    folder: &Path,
+/// A training on training and validation views, told to stop wherever `stop` says so; what it told.
+pub fn trained(
+    [training, validation]: [&ViewSet; 2],
     spec: &TrainingSpec,
+    folder: &Path,
+    trunks: Option<&Path>,
     stop: impl Fn(&Progress) -> bool,
 ) -> Result<Vec<Progress>, TrainError> {
     let mut told = Vec::new();
@@ -46,23 +48,20 @@ pub fn tiny_training(
         told.push(progress.clone());
         if stop(progress) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let (views, held_out) = (training_views(), validation_views());
-    let provenance = BTreeMap::from([("scene".to_owned(), "a scene".to_owned())]);
-    let (training, validation, provenance) = (&views, &held_out, &provenance);
-    train(
-        Training {
-            training,
-            validation,
-            spec,
-            seed: Seed(0),
-            provenance,
-            folder,
-            trunks: None,
-            device: &TrainingDevice::default(),
-        },
-        &mut progress,
-    )?;
+    let provenance = &BTreeMap::from([("scene".to_owned(), "a scene".to_owned())]);
+    let (seed, device) = (Seed(0), &TrainingDevice::default());
+    let asked = Training { training, validation, spec, seed, provenance, folder, trunks, device };
+    train(asked, &mut progress)?;
     Ok(told)
+}
+
+/// A training in `folder` on the views of [`training_views`] and [`validation_views`].
+pub fn tiny_training(
+    folder: &Path,
+    spec: &TrainingSpec,
+    stop: impl Fn(&Progress) -> bool,
+) -> Result<Vec<Progress>, TrainError> {
+    trained([&training_views(), &validation_views()], spec, folder, None, stop)
 }
 
 /// The folder of a model of [`tiny_spec`], trained once for all tests of a binary.

@@ -3,7 +3,7 @@
 use super::claim::{CLAIM, add_licences, claim};
 use super::images::licences;
 use super::{Format, Index, Need, Source};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputError;
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,6 +1,6 @@
 //! Folders in the layouts of others: whose they are, of what scene, and what they hold.
 
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputFolder;
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,7 +1,7 @@
 //! `vantage`: whole episodes in our own layout, one folder a seed.
 
 use super::{Format, Index, Need};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
 use std::fs;

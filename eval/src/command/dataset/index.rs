@@ -1,6 +1,6 @@
 //! `episodes.json`: how much there is of each seed, which spares a resumed run from making it again.
 
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputFolder;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -10,7 +10,8 @@ mod index;
 mod trajectories;
 
 use crate::cli::{DatasetArgs, DatasetFormat};
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::output::OutputFolder;
 use crate::pipeline::{SIMULATED, concerns_one_seed};
 use crate::progress::Progress;

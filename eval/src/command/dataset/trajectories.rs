@@ -1,7 +1,7 @@
 //! `tum` and `g2o`: the true trajectory, and what odometry alone makes of it.
 
 use super::{Format, Index, Need, Source};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputFolder;
 use crate::trajectory::Trajectory;
 use std::path::Path;

@@ -5,7 +5,8 @@ mod looks;
 
 use super::score::chosen_model;
 use crate::cli::FiguresArgs;
-use crate::exit::{BenchError, Exit};
+use crate::error::BenchError;
+use crate::exit::Exit;
 use crate::figure::FigureError;
 use crate::output::OutputFolder;
 use crate::pipeline::{Pipeline, any_model, check_unseen, views};

@@ -5,7 +5,7 @@
 
 use super::UnseenTrial;
 use super::likelihood::Likelihood;
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::metric::Metric;
 use crate::score::azimuth_information::promised_deviation;
 use crate::score::bound::divergence;

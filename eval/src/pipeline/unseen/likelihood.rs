@@ -1,6 +1,6 @@
 //! `log p(m(z) | e, x_rel)` of one crop, over viewpoints.
 
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::score::bound::student_t_log_density;
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Crop, Viewpoint};

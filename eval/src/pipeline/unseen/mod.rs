@@ -9,7 +9,7 @@ pub use likelihood::Likelihood;
 pub use tables::{LATENTS, MEAN_VIEW, OF_LATENTS, PIXELS, TABLES, UnseenTable};
 
 use super::{Pipeline, code, views};
-use crate::exit::BenchError;
+use crate::error::BenchError;
 use crate::output::OutputError;
 use crate::score::embedding::{Labels, Scores, score_embeddings};
 use crate::score::viewpoint::ViewpointTrial;

@@ -233,7 +233,7 @@ mod tests {
         let (device, plain) = (cpu(), Device::flex());
         let set = synthetic::views(Split::Train, 4, 5, 1);
         let views = Views::new(&set, Split::Train, 2, &TrainingSpec::default(), Seed(1)).unwrap();
-        let trunk = TrunkWithHead::new(&architecture, &[5, 9], Seed(1), &device).trunk;
+        let trunk = TrunkWithHead::new(&architecture, &[5, 9], None, Seed(1), &device).trunk;
         let measurement = trunk.measurement_layer();
         let components = Components::fit(&set, architecture.components, Seed(1));
         let frozen = Frozen::fit(

@@ -1,0 +1,342 @@
+//! Everything that ends a run of `bench` early, and the exit code of each.
+
+use crate::exit::Exit;
+use crate::gate::GateError;
+use crate::output::OutputError;
+use crate::results::ResultsError;
+use crate::scene_file::SceneFileError;
+use crate::score::pairs::PairsError;
+use crate::study_file::VariantError;
+use crate::table::TableError;
+use crate::trajectory::TrajectoryError;
+use std::path::PathBuf;
+use thiserror::Error;
+use vantage_dataset::InstanceId;
+use vantage_dataset::layout::ImportError;
+use vantage_dataset::store::StoreError;
+use vantage_learn::Kind;
+use vantage_sim::error::SimError;
+use vantage_sim::render::RenderError;
+use vantage_slam::EstimateError;
+
+/// Everything that ends a run early.
+#[derive(Debug, Error)]
+pub enum BenchError {
+    /// See [`SceneFileError`].
+    #[error(transparent)]
+    Scene(#[from] SceneFileError),
+    /// See [`VariantError`].
+    #[error(transparent)]
+    Variant(#[from] VariantError),
+    /// See [`OutputError`].
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// See [`StoreError`].
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// See [`SimError`].
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// See [`ImportError`].
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// A folder to import from lacks an object that was asked for.
+    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
+    NoObject {
+        /// The object.
+        name: String,
+        /// Where it was looked for.
+        folder: PathBuf,
+    },
+    /// A folder holds a dataset of another scene.
+    #[error(
+        "{} holds a dataset of another scene, split or renderer; choose another folder with --out", folder.display()
+    )]
+    OtherData {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A picture that would not be one.
+    #[error("--out {}: expected the name of a PNG file", path.display())]
+    NoPicture {
+        /// What was asked for.
+        path: PathBuf,
+    },
+    /// A format that this scene's images cannot be written in.
+    #[error("--format {format}: {reason}; choose another format or scene")]
+    Unsuitable {
+        /// The format.
+        format: &'static str,
+        /// Why not.
+        reason: String,
+    },
+    /// See [`RenderError`].
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// See [`vantage_learn::ModelError`].
+    #[error(transparent)]
+    Model(#[from] vantage_learn::ModelError),
+    /// A folder that is to be read is not there.
+    #[error("there is no folder {}", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Objects or a split are chosen of an episode, which has all objects and no split.
+    #[error("{option} is for a view set: add --views")]
+    ForViewSets {
+        /// The option.
+        option: &'static str,
+    },
+    /// A model's folder is not there.
+    #[error(
+        "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
+         or train a model with --train", folder.display()
+    )]
+    NoModel {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// See [`vantage_learn::TrainError`].
+    #[cfg(feature = "train")]
+    #[error(transparent)]
+    Train(#[from] vantage_learn::TrainError),
+    /// See [`EstimateError`].
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// A scene without a model, in a program that cannot train one.
+    #[cfg(not(feature = "train"))]
+    #[error(
+        "this program was built without training: build it with `--features train`, or name a model with --model"
+    )]
+    CannotTrain,
+    /// A recording is asked for, of a program that cannot write one.
+    #[cfg(not(feature = "rerun"))]
+    #[error(
+        "this program was built without Rerun: build it with `cargo build --release -p vantage-eval --features rerun`, or \
+         leave --rerun out"
+    )]
+    CannotRecord,
+    /// A GPU was asked of a program that was built without.
+    #[cfg(not(feature = "gpu"))]
+    #[error(
+        "this program was built without GPUs: build it with `cargo build --release -p vantage-eval --features gpu`, or leave \
+         --gpu out"
+    )]
+    NoGpuBuild,
+    /// A recording could not be written.
+    #[cfg(feature = "rerun")]
+    #[error("cannot write {}: {source}; choose another file with --rerun, or make room", path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What Rerun said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// An instance that would be scored is among those that the model has seen.
+    #[error(
+        "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \
+         unseen instances", instance.0, folder.display()
+    )]
+    Leak {
+        /// The instance.
+        instance: InstanceId,
+        /// The model's folder.
+        folder: PathBuf,
+    },
+    /// A model that the estimator can do nothing with.
+    #[error(
+        "the model in {} is of kind {kind} and does not tell what an object looks like from a viewpoint; the estimator needs a \
+         viewpoint_dependent one, or a viewpoint_predictive one whose latent turns. `bench figures` and `bench study` take any", folder.display()
+    )]
+    NotViewing {
+        /// The model's folder.
+        folder: PathBuf,
+        /// Its kind.
+        kind: Kind,
+    },
+    /// A scene whose own model would be one that the estimator can do nothing with.
+    #[error(
+        "scene {scene}: training.model makes a model that does not tell what an object looks like from a viewpoint, as the estimator \
+         needs it. Set its objective to viewpoint_dependent or discrete_class, or to viewpoint_predictive with predictive.motion \
+         object_centred and pairs_per_harmonic above 0, or name another model by --model. `bench figures` and `bench study` take any"
+    )]
+    ObjectiveNotViewing {
+        /// Its name.
+        scene: String,
+    },
+    /// A study of known instances whose sessions are too short.
+    #[error(
+        "scored: known holds out every fourth view of a session, but of instance {instance} no session has four: raise \
+         views.views_per_instance of the study's scene, or lower views.sessions"
+    )]
+    NothingHeldOut {
+        /// Its place among the training instances.
+        instance: usize,
+    },
+    /// A cached answer is not what was written.
+    #[error("{}: {reason}; remove the cache entry and run again", path.display())]
+    StoredAnswers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A row panicked.
+    #[error("an estimator panicked on {}: its runs count as failed, all others were written", scene.display())]
+    Panicked {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// Every row failed on every seed.
+    #[error(
+        "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
+    )]
+    NothingAnswered {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// A folder that a dataset was to be written to holds something else.
+    #[error(
+        "{} already holds something else: nothing was changed; choose a new or empty folder with --out",
+        folder.display()
+    )]
+    NotOurs {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// No object was detected in any episode.
+    #[error(
+        "no object was detected in any episode of {}: tables were written, but only dead reckoning was scored; turn \
+         the camera (`robot.camera`), move the path, or lower `sensors.detector`", scene.display()
+    )]
+    NothingSeen {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// See [`ResultsError`].
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// See [`GateError`].
+    #[error(transparent)]
+    Gate(#[from] GateError),
+    /// Standard output is closed or full.
+    #[error("cannot write to standard output: {0}")]
+    Stdout(#[from] std::io::Error),
+    /// An estimator answered with poses that cannot be scored.
+    #[error("an estimate cannot be scored: {0}")]
+    Pairs(#[from] PairsError),
+    /// An estimator answered with poses that are no trajectory.
+    #[error("an estimate is no trajectory: {0}")]
+    Trajectory(#[from] TrajectoryError),
+    /// The pipeline handed over runs that make no table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A value of ours that JSON cannot hold.
+    #[error("cannot write as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// A table that CSV cannot hold.
+    #[error("cannot write as CSV: {0}")]
+    Csv(#[from] csv::Error),
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Figure(#[from] crate::figure::FigureError),
+}
+
+impl BenchError {
+    /// The exit code this error ends with.
+    pub fn exit(&self) -> Exit {
+        match self {
+            BenchError::Scene(_) | BenchError::Variant(_) => Exit::BadInput,
+            BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
+            BenchError::Store(error) => match error.exit_code() {
+                2 => Exit::BadInput,
+                5 => Exit::StoredDataInvalid,
+                6 => Exit::CannotWrite,
+                _ => Exit::Bug,
+            },
+            BenchError::Sim(SimError::Render(_)) | BenchError::Render(_) => Exit::MissingCapability,
+            BenchError::Sim(SimError::NonFinite { .. }) => Exit::Bug,
+            BenchError::Import(_) => Exit::StoredDataInvalid,
+            BenchError::Sim(_)
+            | BenchError::NoObject { .. }
+            | BenchError::Unsuitable { .. }
+            | BenchError::OtherData { .. }
+            | BenchError::NoPicture { .. }
+            | BenchError::NoFolder { .. }
+            | BenchError::ForViewSets { .. }
+            | BenchError::NoModel { .. }
+            | BenchError::Leak { .. }
+            | BenchError::NotViewing { .. }
+            | BenchError::ObjectiveNotViewing { .. }
+            | BenchError::NothingHeldOut { .. }
+            | BenchError::NotOurs { .. } => Exit::BadInput,
+            BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
+            #[cfg(feature = "train")]
+            BenchError::Train(error) => training_exit(error),
+            #[cfg(not(feature = "train"))]
+            BenchError::CannotTrain => Exit::MissingCapability,
+            #[cfg(not(feature = "gpu"))]
+            BenchError::NoGpuBuild => Exit::MissingCapability,
+            #[cfg(not(feature = "rerun"))]
+            BenchError::CannotRecord => Exit::MissingCapability,
+            #[cfg(feature = "rerun")]
+            BenchError::Recording { .. } => Exit::CannotWrite,
+            BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
+            BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
+            BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
+            BenchError::Results(_) => Exit::StoredDataInvalid,
+            BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,
+            BenchError::Gate(_) => Exit::BadInput,
+            BenchError::Estimate(_)
+            | BenchError::Pairs(_)
+            | BenchError::Trajectory(_)
+            | BenchError::Table(_)
+            | BenchError::Json(_)
+            | BenchError::Csv(_)
+            | BenchError::Figure(_)
+            | BenchError::Panicked { .. } => Exit::Bug,
+        }
+    }
+}
+
+#[cfg(feature = "train")]
+fn training_exit(error: &vantage_learn::TrainError) -> Exit {
+    use vantage_learn::TrainError;
+    match error {
+        TrainError::Write { .. } => Exit::CannotWrite,
+        TrainError::NonFiniteLoss { .. } | TrainError::Stopped { .. } => Exit::NothingEvaluated,
+        TrainError::Export(_) => Exit::Bug,
+        #[cfg(feature = "gpu")]
+        TrainError::NoGpu => Exit::MissingCapability,
+        _ => Exit::BadInput,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_end_with_the_documented_codes() {
+        let path = || PathBuf::from("x");
+        let io = || std::io::Error::other("full");
+        let gate = GateError::Seeds { table: "t".into(), baseline: 1, fresh: 2 };
+        let unfinished = StoreError::Unfinished { folder: path() };
+        let cases: [(BenchError, u8); 10] = [
+            (unfinished.into(), 5),
+            (StoreError::Write { path: path(), source: io() }.into(), 6),
+            (SceneFileError::TooLarge { path: path() }.into(), 2),
+            (ResultsError::Missing { path: path() }.into(), 2),
+            (gate.into(), 2),
+            (GateError::Nothing.into(), 4),
+            (ResultsError::Format { path: path(), found: 9 }.into(), 5),
+            (OutputError { path: path(), source: io() }.into(), 6),
+            (io().into(), 6),
+            (TableError::Reference { table: "t".into(), reference: "r".into() }.into(), 70),
+        ];
+        for (error, code) in cases {
+            assert_eq!(error.exit() as u8, code, "{error}");
+        }
+    }
+}
