@@ -86,8 +86,8 @@ pub struct ClassSpec {
     pub sigma: f64,
 }
 
-/// A training. Every field has a default; those of the pairs and the instance term were chosen on validation instances
-/// (`studies/choice.yaml`, `studies/reference.yaml`).
+/// A training. Every field has a default; those of `pairs_per_harmonic`, the instance term and `trunk_instance_weight`
+/// were chosen on validation instances (`studies/choice.yaml`, `studies/reference.yaml`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingSpec {
@@ -110,8 +110,8 @@ pub struct TrainingSpec {
     /// Steps that train the trunk, whose features become the reduced measurement.
     #[garde(range(min = 1, max = 1_000_000))]
     pub trunk_steps: u32,
-    /// Weight, in the trunk's loss, of telling the instances of crops apart (InfoNCE) beside their viewpoints; with 0 the trunk
-    /// learns viewpoints alone. Needs an objective that is told of true viewpoints.
+    /// Weight, beside the trunk's loss of viewpoints, of an InfoNCE loss that tells instances apart; 0 by default. With it a step's crops are
+    /// pairs, one of each of as many different instances as there are or fit. For `viewpoint_dependent` and `discrete_class` alone.
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan), custom(beside_viewpoints(self)))]
     #[serde(skip_serializing_if = "is_default")]
     pub trunk_instance_weight: f64,
@@ -248,7 +248,9 @@ fn beside_viewpoints(spec: &TrainingSpec) -> impl FnOnce(&f64, &()) -> garde::Re
         if weight == 0.0 || spec.convention() == Some(Convention::AzimuthHarmonics) {
             return Ok(());
         }
-        Err(garde::Error::new("has to be 0 but with objective viewpoint_dependent or discrete_class"))
+        Err(garde::Error::new(format!(
+            "is {weight}: of the objectives only viewpoint_dependent and discrete_class take it; set it to 0"
+        )))
     }
 }
 
@@ -268,6 +270,21 @@ mod tests {
         let report = wrong.validate().unwrap_err().to_string();
         for field in ["pairs_per_harmonic", "21", "learning_rate", "views"] {
             assert!(report.contains(field), "{report}");
+        }
+    }
+
+    #[test]
+    fn a_trunk_that_is_told_no_viewpoint_learns_no_instances_beside_it() {
+        let all = [
+            (Objective::ViewpointDependent, true),
+            (Objective::DiscreteClass, true),
+            (Objective::ViewpointPredictive, false),
+            (Objective::Autoencoder, false),
+            (Objective::Contrastive, false),
+        ];
+        for (objective, takes_it) in all {
+            let spec = TrainingSpec { objective, trunk_instance_weight: 0.5, ..TrainingSpec::default() };
+            assert_eq!(spec.validate().is_ok(), takes_it, "{objective:?}");
         }
     }
 

@@ -194,16 +194,23 @@ fn a_trunk_learns_instances_beside_viewpoints_where_it_is_asked_to() {
     let views = [&training_views(), &validation_views()];
     trained(views, &spec, folder.path(), None, |_| false).unwrap();
     let table = std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap();
-    let place = table.lines().next().unwrap().split(',').position(|name| name == "instance").unwrap();
-    let trunk = table.lines().filter(|line| line.starts_with("trunk"));
-    let terms: Vec<f64> = trunk.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect();
-    let mean = |terms: &[f64]| terms.iter().sum::<f64>() / terms.len() as f64;
-    let (first, last) = (mean(&terms[..8]), mean(&terms[terms.len() - 8..]));
-    assert!(last < 0.8 * first, "{first} {last}");
+    for (term, most) in [("instance", 0.8), ("azimuth", 0.95)] {
+        let place = table.lines().next().unwrap().split(',').position(|name| name == term).unwrap();
+        let trunk = table.lines().filter(|line| line.starts_with("trunk"));
+        let terms: Vec<f64> =
+            trunk.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect();
+        let mean = |terms: &[f64]| terms.iter().sum::<f64>() / terms.len() as f64;
+        let (first, last) = (mean(&terms[..8]), mean(&terms[terms.len() - 8..]));
+        assert!(last < most * first, "{term}: {first} {last}");
+    }
+    Model::load(folder.path()).unwrap();
 
-    let told_less = TrainingSpec { objective: Objective::ViewpointPredictive, ..spec };
-    let error = trained(views, &told_less, folder.path(), None, |_| false).unwrap_err();
-    assert!(error.to_string().contains("trunk_instance_weight"), "{error}");
+    let killed = tempfile::tempdir().unwrap();
+    let midway = |told: &Progress| matches!(told, Progress::Step { stage: Stage::Trunk, step: 22, .. });
+    trained(views, &spec, killed.path(), None, midway).unwrap_err();
+    let told = trained(views, &spec, killed.path(), None, |_| false).unwrap();
+    assert_eq!(told[0], Progress::Resumed { stage: Stage::Trunk, step: 15 });
+    assert!(table == std::fs::read_to_string(killed.path().join(CURVE_TABLE)).unwrap());
 }
 
 #[test]
@@ -222,6 +229,10 @@ fn trainings_that_differ_in_stage_two_share_a_trunk_and_no_result_changes() {
     let (steps, shared) = run(&other, Some(trunks.path()));
     assert_eq!(steps, 0);
     assert!(shared == run(&other, None).1);
-    let measured = TrainingSpec { measurement_dim: 7, ..tiny_spec() };
-    assert_eq!(run(&measured, Some(trunks.path())).0, measured.trunk_steps as usize);
+    for of_its_own in [
+        TrainingSpec { measurement_dim: 7, ..tiny_spec() },
+        TrainingSpec { trunk_instance_weight: 1.0, ..tiny_spec() },
+    ] {
+        assert_eq!(run(&of_its_own, Some(trunks.path())).0, of_its_own.trunk_steps as usize);
+    }
 }

@@ -9,10 +9,11 @@
 //! The predictive bound is the same in the frame of the first view, with `x_v` the change from that to view `v` and, for
 //! some, `z_1` beside it: `p(z_v | e, z_1, Delta X)`; `p(z_1 | e)` is its term `v = 1`. With `V = 2, K = 1` it is Eq. 20.
 
+use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
 use super::features::Features;
 use super::instance_term::Alone;
-use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
 use super::run::{Step, scalar};
+use super::turn::{Turn, for_each_number};
 use super::views::{Views, rows_of, table};
 use crate::architecture::Architecture;
 use crate::spec::{InstanceTerm, Objective, Pairs, TrainingSpec};

@@ -1,7 +1,7 @@
 //! The trunk's convolutions as burn has them: the faster ones on a GPU.
 
 use super::convolution::KERNEL;
-use super::network::Trunk;
+use super::trunk_network::Trunk;
 use crate::architecture::PIXEL_CENTER;
 use burn::tensor::activation::relu;
 use burn::tensor::module::conv2d;
@@ -33,8 +33,8 @@ mod tests {
     use super::*;
     use crate::architecture::Architecture;
     use crate::spec::TrainingSpec;
-    use crate::train::network::TrunkWithHead;
     use crate::train::synthetic;
+    use crate::train::trunk_network::TrunkWithHead;
     use crate::train::views::numbers;
     use vantage_dataset::{Seed, Split};
 

@@ -1,9 +1,10 @@
 //! The trainer's own outputs, which every loader replays.
 
+use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
 use super::contrastive;
 use super::export::roles;
 use super::features::{Features, Frozen};
-use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
+use super::turn::{Turn, for_each_number};
 use super::views::{Views, numbers, table};
 use crate::architecture::{Architecture, LOG_VARIANCE};
 use crate::canary::{Canary, CanaryCase, TOLERANCE};

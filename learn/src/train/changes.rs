@@ -5,8 +5,8 @@
 //! views agree after it. They have unit length: were they free to vanish, all changes would be equally likely, and stay so,
 //! since a gradient by one of them is proportional to the other.
 
-use super::network::{Turn, turned};
 use super::trunk::{BINS, soft_labels};
+use super::turn::{Turn, turned};
 use super::views::table;
 use crate::architecture::UPRIGHT;
 use crate::latent::LatentLayout;

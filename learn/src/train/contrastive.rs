@@ -1,8 +1,10 @@
-//! A rival of the paper's models: embeddings by metric learning alone, the InfoNCE loss of van den Oord et al. 2018.
+//! Metric learning by the InfoNCE loss of van den Oord et al. 2018: alone it is a rival of the paper's models, and a trunk may learn it beside
+//! viewpoints.
 
 use super::autoencoder::Bound;
-use super::network::{Autoencoder, Turn, encoder_input};
+use super::autoencoder_network::{Autoencoder, encoder_input};
 use super::run::{Step, scalar};
+use super::turn::Turn;
 use super::views::table;
 use burn::optim::GradientsParams;
 use burn::tensor::activation::log_softmax;

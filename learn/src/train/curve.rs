@@ -44,7 +44,7 @@ impl Curve {
         self.0.iter().rev().find(|loss| loss.stage == stage).map(|loss| loss.total)
     }
 
-    /// Writes `loss.csv`: `stage,step,loss,term,...`, with the terms' names in a column before each.
+    /// Writes `loss.csv`: `stage,step,loss,term,...`.
     pub(crate) fn write_table(&self, folder: &Path) -> Result<PathBuf, TrainError> {
         let all: Vec<&str> =
             [Stage::Trunk, Stage::Autoencoder].into_iter().flat_map(terms).copied().collect();

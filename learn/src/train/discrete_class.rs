@@ -2,8 +2,9 @@
 //! `P(c | z, x_rel)`; both need the class of every training instance.
 
 use super::autoencoder::{Bound, negative_log_likelihood};
-use super::network::{Autoencoder, Turn, decoder_input, encoder_input};
+use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
 use super::run::{Step, scalar};
+use super::turn::Turn;
 use super::views::table;
 use crate::architecture::CLASS_SHARPNESS;
 use burn::optim::GradientsParams;

@@ -2,7 +2,7 @@
 
 use super::components::Components;
 use super::half::rounded_layer;
-use super::network::Trunk;
+use super::trunk_network::Trunk;
 use super::views::{Views, gather, numbers};
 use super::weights::Dense;
 use crate::architecture::Architecture;

@@ -6,6 +6,7 @@
 
 mod adam;
 mod autoencoder;
+mod autoencoder_network;
 mod burn_convolution;
 mod calibration;
 mod canaries;
@@ -24,7 +25,7 @@ mod files;
 mod folder;
 mod half;
 mod instance_term;
-mod network;
+mod layers;
 mod predictions;
 mod progress;
 mod run;
@@ -33,7 +34,9 @@ mod sheet;
 #[path = "../../tests/support/synthetic.rs"]
 mod synthetic;
 mod trunk;
+mod trunk_network;
 mod trunk_store;
+mod turn;
 mod views;
 mod weights;
 
@@ -51,6 +54,7 @@ use crate::manifest::MANIFEST;
 use crate::role::Kind;
 use crate::spec::{Objective, TrainingSpec};
 use autoencoder::Bound;
+use autoencoder_network::Autoencoder;
 use burn::module::Module;
 use burn::tensor::Device;
 use checkpoint::{Checkpoint, module_bytes};
@@ -60,12 +64,12 @@ use features::{Features, Frozen};
 use folder::Origin;
 use garde::Validate;
 use half::rounded_module;
-use network::{Autoencoder, TrunkWithHead};
 use run::{Run, Started};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 use trunk::{Task, TrunkData};
+use trunk_network::TrunkWithHead;
 use trunk_store::TrunkStore;
 use vantage_dataset::{Seed, Split, ViewSet};
 use views::Views;
@@ -197,7 +201,7 @@ fn start(
 ) -> Result<Starts, TrainError> {
     let sizes = [views.instances, views.classes];
     let head = Task::of(run.spec).head(&run.architecture);
-    let embedding = trunk::embedding(run.spec);
+    let embedding = trunk::embedding_size(run.spec);
     let trunk = || TrunkWithHead::new(&run.architecture, &head, embedding, run.seed, device);
     let autoencoder = || Autoencoder::new(&run.architecture, sizes, run.seed, device);
     let whole = |bytes: &[u8]| {

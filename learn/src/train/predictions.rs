@@ -1,7 +1,8 @@
 //! What the trained networks say of views, as the calibration and the sheet ask it.
 
+use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
 use super::features::Features;
-use super::network::{Autoencoder, Turn, decoder_input, encoder_input, for_each_number};
+use super::turn::{Turn, for_each_number};
 use super::views::{Views, numbers, table};
 use crate::architecture::Architecture;
 use crate::latent::LatentGaussian;

@@ -4,8 +4,8 @@ use super::burn_convolution;
 use super::changes;
 use super::components::Components;
 use super::contrastive;
-use super::network::TrunkWithHead;
 use super::run::{Step, scalar};
+use super::trunk_network::TrunkWithHead;
 use super::views::{Views, numbers, table};
 use crate::architecture::{Architecture, UPRIGHT};
 use crate::spec::{Motion, Objective, TrainingSpec};
@@ -26,7 +26,7 @@ const REST_WEIGHT: f64 = 2.0;
 const TOGETHER: usize = 8;
 /// Hidden numbers of a head that compares two views.
 const COMPARED: usize = 128;
-/// Numbers by which the trunk tells instances apart.
+/// Size of the embedding by which the trunk tells instances apart.
 const EMBEDDING: usize = 64;
 
 /// What the head answers from `m(z)`.
@@ -74,8 +74,8 @@ impl Task {
     }
 }
 
-/// Numbers that tell instances apart beside the task, if any.
-pub(crate) fn embedding(spec: &TrainingSpec) -> Option<usize> {
+/// Size of the embedding by which instances are told apart beside the task, if they are.
+pub(crate) fn embedding_size(spec: &TrainingSpec) -> Option<usize> {
     (spec.trunk_instance_weight > 0.0).then_some(EMBEDDING)
 }
 
@@ -93,7 +93,8 @@ pub(crate) struct TrunkData<'a> {
 }
 
 /// The loss of the random batch of a step: cross-entropy of the angle over bins, which can be told apart or not (those of
-/// symmetric objects cannot), and the squared error of the rest; or the task's own.
+/// symmetric objects cannot), and the squared error of the rest; or the task's own. Beside it, where the spec gives it a weight, the
+/// InfoNCE loss of the embeddings.
 pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> Step<3> {
     let TrunkData { task, views, spec, seed, device, .. } = *data;
     let mut stream = seed.stream("trunk batch", index as u64);
@@ -121,12 +122,13 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
     Step { loss: scalar(&total), terms, gradients }
 }
 
-/// Views of a batch: those of a session one after the other; or, where crops come in pairs, as many first views as second ones,
-/// each of the same group.
+/// Views of a batch: those of a session one after the other; or, where crops come in pairs, first views and then their partners, each of
+/// the group of its first; of different groups where embeddings are learned beside the task, so that no other crop is of the same
+/// instance.
 fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> Vec<usize> {
     let count = spec.trunk_batch as usize;
     if spec.trunk_instance_weight > 0.0 {
-        return views.pairs_of_different((count / 2).max(1), stream);
+        return views.pairs_of_different_groups((count / 2).max(2), stream);
     }
     if task == Task::Change {
         let session = |_| views.some(TOGETHER, stream);
@@ -135,19 +137,21 @@ fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> 
     if !task.paired() {
         return (0..count).map(|_| views.usable[stream.below(views.usable.len())]).collect();
     }
-    views.pairs((count / 2).max(1), stream)
+    views.pairs((count / 2).max(2), stream)
 }
 
 impl TrunkData<'_> {
+    /// The weighted loss, and its terms as [`super::curve`] names them.
     fn loss(&self, network: &TrunkWithHead, features: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 3]) {
-        let (total, [first, second]) = self.of_task(network, network.measure(features.clone()), batch);
-        let Some(embedded) = network.embed(features) else { return (total, [first, second, 0.0]) };
+        let (total, mut terms) = self.of_task(network, network.measure(features.clone()), batch);
+        let Some(embedded) = network.embed(features) else { return (total, terms) };
         let apart = contrastive::loss(embedded, self.device);
-        let third = scalar(&apart);
-        (total + apart * self.spec.trunk_instance_weight, [first, second, third])
+        terms[2] = scalar(&apart);
+        (total + apart * self.spec.trunk_instance_weight, terms)
     }
 
-    fn of_task(&self, network: &TrunkWithHead, m: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 2]) {
+    /// The task's own loss and its terms.
+    fn of_task(&self, network: &TrunkWithHead, m: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 3]) {
         let (views, half) = (self.views, batch.len() / 2);
         let pairs = || batch[..half].iter().zip(&batch[half..]);
         let uprights = || batch.iter().flat_map(|&view| views.upright(view)).collect();
@@ -180,18 +184,18 @@ impl TrunkData<'_> {
                 let wanted = table(components.coefficients(crops), batch.len(), self.device);
                 let loss = (network.answer(m) - wanted).square().mean();
                 let value = scalar(&loss);
-                return (loss, [value, 0.0]);
+                return (loss, [value, 0.0, 0.0]);
             }
             Task::Instance => {
                 let embedded = network.answer(m);
                 let loss = contrastive::loss(embedded, self.device);
                 let value = scalar(&loss);
-                return (loss, [value, 0.0]);
+                return (loss, [0.0, 0.0, value]);
             }
         };
         let wanted = table(wanted, rest.dims()[0], self.device);
         let rest = (rest - wanted).square().mean();
-        let terms = [scalar(&angle), scalar(&rest)];
+        let terms = [scalar(&angle), scalar(&rest), 0.0];
         (angle + rest * REST_WEIGHT, terms)
     }
 }

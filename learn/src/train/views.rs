@@ -116,7 +116,7 @@ impl<'a> Views<'a> {
     }
 
     /// Two views each of up to `count` different groups: first ones, then their partners.
-    pub(crate) fn pairs_of_different(&self, count: usize, stream: &mut Stream) -> Vec<usize> {
+    pub(crate) fn pairs_of_different_groups(&self, count: usize, stream: &mut Stream) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.groups.len()).collect();
         stream.shuffle(&mut order);
         order.truncate(count);
@@ -288,4 +288,29 @@ pub(crate) fn table(numbers: Vec<f32>, rows: usize, device: &Device) -> Tensor<2
 /// The numbers of a tensor, row-major.
 pub(crate) fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.try_into_vec_as().expect("a float tensor holds f32")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::synthetic;
+
+    #[test]
+    fn pairs_of_different_groups_are_of_one_group_each_and_of_none_twice() {
+        let set = synthetic::views(Split::Train, 6, 3, 1);
+        let views = Views::new(&set, Split::Train, 2, &TrainingSpec::default(), Seed(0)).unwrap();
+        for (asked, got) in [(4, 4), (6, 6), (9, 6), (1, 1)] {
+            let rows = views.pairs_of_different_groups(asked, &mut Seed(3).stream("pairs", asked as u64));
+            assert_eq!(rows.len(), 2 * got);
+            let mut instances = Vec::new();
+            for (&first, &partner) in rows[..got].iter().zip(&rows[got..]) {
+                assert!(first != partner);
+                assert_eq!(set.views[first].instance, set.views[partner].instance);
+                instances.push(set.views[first].instance);
+            }
+            instances.sort_unstable();
+            instances.dedup();
+            assert_eq!(instances.len(), got);
+        }
+    }
 }

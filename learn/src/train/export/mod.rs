@@ -193,13 +193,14 @@ mod tests {
     use crate::onnx::graph::Graph;
     use crate::role::Convention;
     use crate::spec::TrainingSpec;
+    use crate::train::autoencoder_network::Autoencoder;
     use crate::train::canaries::Trainer;
     use crate::train::components::Components;
     use crate::train::device::cpu;
     use crate::train::features::Frozen;
     use crate::train::half::rounded_module;
-    use crate::train::network::{Autoencoder, TrunkWithHead};
     use crate::train::synthetic;
+    use crate::train::trunk_network::TrunkWithHead;
     use crate::train::views::Views;
     use burn::module::Module;
     use burn::tensor::Device;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// After this long a submission counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// A little less than the largest block that glibc takes as a measure, 32 MiB.
+/// Just below `DEFAULT_MMAP_THRESHOLD_MAX` of 64-bit glibc, 32 MiB; larger blocks leave its thresholds alone.
 const BLOCK: usize = 31 << 20;
 
 /// An opened device.
@@ -23,7 +23,6 @@ pub(super) struct Gpu {
 impl Gpu {
     /// Opens the adapter named by `WGPU_ADAPTER_NAME` (a part of its name will do), or else the one that wgpu prefers.
     pub fn open() -> Result<Self, RenderError> {
-        keep_freed_memory();
         pollster::block_on(async {
             let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
                 backends: wgpu::Backends::VULKAN,
@@ -31,6 +30,9 @@ impl Gpu {
             });
             let adapter = choose(&instance).await?;
             let info = adapter.get_info();
+            if info.device_type == wgpu::DeviceType::Cpu {
+                keep_freed_memory();
+            }
             let (device, queue) = adapter
                 .request_device(&wgpu::DeviceDescriptor {
                     memory_hints: wgpu::MemoryHints::MemoryUsage,
@@ -87,9 +89,9 @@ impl Gpu {
     }
 }
 
-/// Lets glibc keep what lavapipe frees after every draw: by default it returns megabytes to the kernel each time, and to fault them in
-/// again, page by page, took half of a crop's time. From the first mapped block that is freed, glibc keeps up to twice as
-/// much (`M_MMAP_THRESHOLD` in mallopt(3)). Without effect on other allocators.
+/// Freeing a mapped block raises glibc's `M_MMAP_THRESHOLD` to its size, and `M_TRIM_THRESHOLD` to twice that (mallopt(3)). What
+/// lavapipe frees after every draw then stays in the process, where it would be unmapped and faulted in again, page by page. Without
+/// effect under other allocators, on 32 bits, or where the environment sets one of the thresholds.
 fn keep_freed_memory() {
     drop(std::hint::black_box(vec![0_u8; BLOCK]));
 }
