@@ -146,7 +146,7 @@ pub enum BenchError {
     /// A model that the estimator can do nothing with.
     #[error(
         "the model in {} is of kind {kind} and does not tell what an object looks like from a viewpoint; the estimator needs a \
-         viewpoint_dependent one, or a viewpoint_predictive one whose latent turns. `bench figures` and `bench study` take any", folder.display()
+         viewpoint_dependent one, or a viewpoint_predictive one whose latent turns. `bench figures` takes any, and so does a study by `folder`", folder.display()
     )]
     NotViewing {
         /// The model's folder.
@@ -158,7 +158,7 @@ pub enum BenchError {
     #[error(
         "scene {scene}: training.model makes a model that does not tell what an object looks like from a viewpoint, as the estimator \
          needs it. Set its objective to viewpoint_dependent or discrete_class, or to viewpoint_predictive with predictive.motion \
-         object_centred and pairs_per_harmonic above 0, or name another model by --model. `bench figures` and `bench study` take any"
+         object_centred and pairs_per_harmonic above 0, or name another model by --model. `bench figures` takes any, and so does a study by `folder`"
     )]
     ObjectiveNotViewing {
         /// Its name.

@@ -57,7 +57,7 @@ pub enum Scored {
     Known,
 }
 
-/// One way to train a model.
+/// One way to train a model, or one that is there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
@@ -75,6 +75,10 @@ pub struct Variant {
     #[serde(default)]
     #[garde(skip)]
     pub model: Map<String, Value>,
+    /// The folder of a model of any kind, relative to the study, in place of a training: scored once, its row is the same under all seeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub folder: Option<PathBuf>,
 }
 
 /// A variant that cannot be trained.
@@ -99,15 +103,22 @@ impl Scored {
 }
 
 impl Variant {
-    /// Refuses to train on more instances than there are, or on fewer than are scored as known.
+    /// Refuses to train on more instances than there are, or on fewer than are scored as known; and to train a model that is there.
     pub fn fits(&self, there: usize, known: usize) -> Result<(), VariantError> {
         let instances = self.instances.unwrap_or(there);
-        let wrong = match instances {
-            _ if instances > there => format!("but the scene has {there} training instances"),
-            _ if instances < known => format!("but the first {known} are scored as known"),
+        let reason = match instances {
+            _ if self.folder.is_some() && (self.instances.is_some() || !self.model.is_empty()) => {
+                "folder names a trained model: leave out instances and model".to_owned()
+            }
+            _ if instances > there => {
+                format!("instances is {instances}, but the scene has {there} training instances")
+            }
+            _ if instances < known => {
+                format!("instances is {instances}, but the first {known} are scored as known")
+            }
             _ => return Ok(()),
         };
-        Err(VariantError { variant: self.name.clone(), reason: format!("instances is {instances}, {wrong}") })
+        Err(VariantError { variant: self.name.clone(), reason })
     }
 
     /// The whole training, `base` but for what differs; of nested settings only those that are named.
@@ -181,6 +192,8 @@ mod tests {
         assert!(error.contains("source"), "{error}");
         assert!(study.variants[0].fits(48, 48).is_ok() && study.variants[1].fits(5, 5).is_ok());
         assert!(study.variants[0].fits(47, 48).is_err());
+        let both = parse::<StudyFile>(&GOOD.replace("instances: 5", "folder: there"), Path::new("x")).unwrap();
+        assert!(both.variants[1].fits(9, 0).unwrap_err().to_string().contains("folder"));
         for (there, known) in [(9, 6), (4, 0)] {
             let error = study.variants[1].fits(there, known).unwrap_err().to_string();
             assert!(error.contains("variant b: instances is 5"), "{error}");

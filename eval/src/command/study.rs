@@ -8,7 +8,7 @@ use crate::manifest::Manifest;
 use crate::metric::Metric;
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, study_views, variant_models, variant_scores,
+    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, finished_model, study_views, variant_models, variant_scores,
 };
 use crate::render::{self, Style};
 use crate::report;
@@ -30,13 +30,21 @@ const TRUNKS: &str = "trunks";
 pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
-    let scene = args.study.parent().unwrap_or(Path::new("")).join(&study.scene);
+    let beside = args.study.parent().unwrap_or(Path::new(""));
+    let scene = beside.join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
     let views = pipeline.scene.view_conditions().views;
     let scored = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
     for variant in &study.variants {
         let spec = variant.training(&pipeline.file.training.model)?;
         variant.fits(views.instances(Split::Train), scored)?;
+        if let Some(folder) = &variant.folder {
+            let folder = beside.join(folder);
+            if !folder.is_dir() {
+                return Err(BenchError::NoFolder { folder });
+            }
+            continue;
+        }
         if spec.objective == Objective::ViewpointPredictive && views.odometry.is_none() {
             let reason =
                 "the viewpoint-predictive model is trained on odometry: set views.odometry in the scene";
@@ -58,7 +66,10 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let mut map = None;
     for (number, variant) in study.variants.iter().enumerate() {
         let started = Instant::now();
-        let models = variant_models(&pipeline, &study, variant, &views, &trunks)?;
+        let models = match &variant.folder {
+            Some(folder) => finished_model(&pipeline, &beside.join(folder), &seeds)?,
+            None => variant_models(&pipeline, &study, variant, &views, &trunks)?,
+        };
         if let (0, Some(first), Some(set)) = (number, models.first(), views.first_scored()) {
             map = latents::map(set, &latents::embeddings(&first.model, set)?)?;
         }

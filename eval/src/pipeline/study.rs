@@ -1,6 +1,6 @@
 //! Stages of a study: variants trained on the same views, each under several seeds, and scored on the same instances.
 
-use super::model::check_unseen;
+use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit};
 use super::{Pipeline, ScoredViews, Subject, Unseen, code, test_views, unseen, views};
 use crate::error::BenchError;
@@ -8,6 +8,7 @@ use crate::scene_file;
 use crate::study_file::{Scored, StudyFile, Variant};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, ViewSet};
 use vantage_learn::{MANIFEST, Model, TrainingDevice, TrainingSpec};
@@ -53,8 +54,10 @@ pub struct VariantModel {
     /// Seed of its training.
     pub seed: Seed,
     /// The model.
-    pub model: Model,
+    pub model: Arc<Model>,
     folder: PathBuf,
+    /// Whether another training than the study's made it.
+    finished: bool,
 }
 
 /// The models of a variant, by seed; trained where the cache has none.
@@ -91,9 +94,23 @@ pub fn variant_models(
                 };
                 fit(pipeline, fitted, work)
             })?;
-            Ok(VariantModel { seed, model: Model::load(&entry.folder)?, folder: entry.folder })
+            let model = Arc::new(Model::load(&entry.folder)?);
+            Ok(VariantModel { seed, model, folder: entry.folder, finished: false })
         })
         .collect()
+}
+
+/// A model that was trained elsewhere, in the place of one for each seed.
+pub fn finished_model(
+    pipeline: &Pipeline,
+    folder: &Path,
+    seeds: &[Seed],
+) -> Result<Vec<VariantModel>, BenchError> {
+    let (model, folder) = any_model(pipeline, Some(folder))?;
+    let model = Arc::new(model);
+    let of_seed =
+        |&seed| VariantModel { seed, model: Arc::clone(&model), folder: folder.clone(), finished: true };
+    Ok(seeds.iter().map(of_seed).collect())
 }
 
 /// Scores of a model, on each set of the study's instances.
@@ -102,12 +119,12 @@ pub fn variant_scores(
     views: &StudyViews,
     trained: &VariantModel,
 ) -> Result<Vec<Unseen>, BenchError> {
-    let VariantModel { model, folder, .. } = trained;
+    let VariantModel { model, folder, finished, .. } = trained;
     let viewing = model.viewing();
     let subject = viewing.as_deref().map_or(Subject::Embedding(model), Subject::Viewing);
     unseen(pipeline, &views.scored, subject, model.hash(), |set| {
         // The study asked for instances that the model lists among those it has seen.
-        if set.split != Split::Test {
+        if set.split != Split::Test && !finished {
             return Ok(());
         }
         check_unseen(model.training_instances(), folder, set.instances.iter().map(|instance| instance.id))
