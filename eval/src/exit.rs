@@ -6,7 +6,6 @@ use crate::results::ResultsError;
 use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
-use vantage_dataset::store::StoreError;
 use vantage_sim::error::SimError;
 use vantage_slam::EstimateError;
 
@@ -136,12 +135,13 @@ mod tests {
     use crate::scene_file::SceneFileError;
     use crate::table::TableError;
     use std::path::PathBuf;
+    use vantage_dataset::store::StoreError;
 
     #[test]
     fn errors_end_with_the_documented_codes() {
         let path = || PathBuf::from("x");
         let io = || std::io::Error::other("full");
-        let gate = GateError::Seeds { table: "t".into(), baseline: 1, fresh: 2 };
+        let gate = GateError::Seed { table: "t".into(), seed: 2 };
         let unfinished = StoreError::Unfinished { folder: path() };
         let cases: [(BenchError, u8); 10] = [
             (unfinished.into(), 5),

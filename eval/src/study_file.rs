@@ -192,7 +192,8 @@ mod tests {
         assert!(error.contains("source"), "{error}");
         assert!(study.variants[0].fits(48, 48).is_ok() && study.variants[1].fits(5, 5).is_ok());
         assert!(study.variants[0].fits(47, 48).is_err());
-        let both = parse::<StudyFile>(&GOOD.replace("instances: 5", "folder: there"), Path::new("x")).unwrap();
+        let both =
+            parse::<StudyFile>(&GOOD.replace("instances: 5", "folder: there"), Path::new("x")).unwrap();
         assert!(both.variants[1].fits(9, 0).unwrap_err().to_string().contains("folder"));
         for (there, known) in [(9, 6), (4, 0)] {
             let error = study.variants[1].fits(there, known).unwrap_err().to_string();

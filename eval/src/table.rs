@@ -197,6 +197,14 @@ impl Table {
         self.methods.iter().position(|m| m == method).map_or(&[], |i| self.runs[i].as_slice())
     }
 
+    /// The same table over those of its seeds that are in `seeds`.
+    pub fn on(&self, seeds: &[Seed]) -> Self {
+        let mut table = self.clone();
+        table.seeds.retain(|seed| seeds.contains(seed));
+        table.runs.iter_mut().for_each(|runs| runs.retain(|run| seeds.contains(&run.seed)));
+        table
+    }
+
     /// Means and differences, by method, then metric.
     pub fn summary(&self) -> Vec<Summary> {
         let cells = self.methods.iter().flat_map(|method| self.metrics.iter().map(move |m| (method, *m)));

@@ -191,12 +191,11 @@ impl Manifest {
             let Some(size) = size else {
                 return fault("measurement", format!("{:?}", self.measurement), "1 to 65536");
             };
-            let wrong = match &self.residual {
-                None => Some("missing".to_owned()),
-                Some(residual) => residual.fault(size),
+            let Some(residual) = &self.residual else {
+                return fault("residual", "missing".to_owned(), "the noise of the measurement");
             };
-            if let Some(wrong) = wrong {
-                return fault("residual", wrong, "the noise of the measurement");
+            if let Some([field, got, expected]) = residual.fault(size) {
+                return fault(&format!("residual.{field}"), got, &expected);
             }
         }
         self.check_convention(path)?;

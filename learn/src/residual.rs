@@ -80,20 +80,27 @@ impl ResidualNoise {
         DMatrix::from_fn(d, d, |row, column| self.sqrt_information[row][column])
     }
 
-    /// What is wrong with it as noise of `dimension` numbers, if anything.
-    pub(crate) fn fault(&self, dimension: usize) -> Option<String> {
+    /// What is wrong with it as noise of `dimension` numbers, if anything: a field, what it holds, what it should.
+    pub(crate) fn fault(&self, dimension: usize) -> Option<[String; 3]> {
+        let fault = |field: &str, got: String, expected: String| Some([field.to_owned(), got, expected]);
         if self.sqrt_information.len() != dimension
             || self.sqrt_information.iter().any(|row| row.len() != dimension)
         {
-            return Some(format!("sqrt_information is not {dimension} x {dimension}"));
+            let rows = self.sqrt_information.iter().map(Vec::len);
+            let got = format!("{} rows of up to {} numbers", rows.len(), rows.max().unwrap_or(0));
+            return fault("sqrt_information", got, format!("{dimension} x {dimension}"));
         }
         let finite = self.sqrt_information.iter().flatten().all(|r| r.is_finite());
         let regular = (0..dimension).all(|i| self.sqrt_information[i][i] > 0.0);
         if !finite || !regular {
-            return Some("sqrt_information is not finite with a positive diagonal".into());
+            let got = "not finite, or its diagonal not positive".to_owned();
+            return fault("sqrt_information", got, "finite with a positive diagonal".to_owned());
         }
-        (!(DEGREES.0..=DEGREES.1).contains(&self.degrees_of_freedom))
-            .then(|| format!("degrees_of_freedom {} is not within {:?}", self.degrees_of_freedom, DEGREES))
+        if !(DEGREES.0..=DEGREES.1).contains(&self.degrees_of_freedom) {
+            let expected = format!("{} to {}", DEGREES.0, DEGREES.1);
+            return fault("degrees_of_freedom", self.degrees_of_freedom.to_string(), expected);
+        }
+        None
     }
 }
 
@@ -179,11 +186,12 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let good = ResidualNoise::fit(&draws(40, 5, &DMatrix::identity(2, 2))).unwrap();
-        assert!(good.fault(3).unwrap().contains("3 x 3"));
+        assert_eq!(good.fault(2), None);
+        assert_eq!(good.fault(3).unwrap(), ["sqrt_information", "2 rows of up to 2 numbers", "3 x 3"]);
         let mut singular = good.clone();
         singular.sqrt_information[1][1] = 0.0;
-        assert!(singular.fault(2).unwrap().contains("diagonal"));
+        assert!(singular.fault(2).unwrap()[2].contains("diagonal"));
         let loose = ResidualNoise { degrees_of_freedom: 0.0, ..good };
-        assert!(loose.fault(2).unwrap().contains("degrees"));
+        assert_eq!(loose.fault(2).unwrap()[..2], ["degrees_of_freedom", "0"]);
     }
 }

@@ -189,7 +189,7 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
 
 #[test]
 fn a_trunk_learns_instances_beside_viewpoints_where_it_is_asked_to() {
-    let spec = TrainingSpec { trunk_instance_weight: 1.0, ..tiny_spec() };
+    let spec = TrainingSpec { trunk_instance_weight: 1.0, trunk_steps: 160, ..tiny_spec() };
     let folder = tempfile::tempdir().unwrap();
     let views = [&training_views(), &validation_views()];
     trained(views, &spec, folder.path(), None, |_| false).unwrap();

@@ -4,9 +4,13 @@ use std::fs;
 use vantage_tests::{Finished, SmallScene, bench};
 
 fn check(scene: &SmallScene) -> Finished {
+    check_seeds(scene, &[])
+}
+
+fn check_seeds(scene: &SmallScene, seeds: &[&str]) -> Finished {
     let mut command = bench();
     command.arg("check").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--baseline"]);
-    command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+    command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache")).args(seeds);
     Finished::of(&mut command)
 }
 
@@ -18,6 +22,11 @@ fn a_regression_ends_with_10_and_a_table() {
     let passed = check(&scene);
     passed.expect(0, &[]);
     assert!(passed.stdout.starts_with("0 regressed"), "{}", passed.stdout);
+    let first = check_seeds(&scene, &["--seeds", "1"]);
+    first.expect(0, &[]);
+    assert!(first.stdout.starts_with("0 regressed"), "{}", first.stdout);
+    check_seeds(&scene, &["--seeds", "3"]).expect(2, &["no run on seed 2"]);
+    check_seeds(&scene, &["--seeds", "-1"]).expect(2, &["invalid value '-1'", "--seeds"]);
 
     let path = scene.path("out/small/results.json");
     let mut results: serde_json::Value =

@@ -1,6 +1,7 @@
 //! `bench models`: what a model folder is, or why it is none.
 
 use std::fs;
+use std::path::Path;
 use vantage_tests::{Finished, SmallScene, bench, root};
 
 #[test]
@@ -89,7 +90,24 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let mut trained = fs::read_dir(scene.path("cache/entries/model")).expect("the trained model");
     let trained = trained.next().expect("a model").expect("a folder").path();
     let mut command = scene.command();
-    Finished::of(command.arg("--model").arg(trained)).expect(2, &["kind embedding", "bench figures"]);
+    Finished::of(command.arg("--model").arg(&trained)).expect(2, &["kind embedding", "bench figures"]);
+
+    let study = |folder: &Path, more: &str| {
+        let text = format!(
+            "version: 1\nname: others\npurpose: To score it.\nscene: scene.yaml\nseeds: 2\nvariants:\n  \
+             - {{ name: mine, note: trained elsewhere, folder: {folder:?}{more} }}\n"
+        );
+        fs::write(scene.path("study.yaml"), text).expect("a study file");
+        let mut command = bench();
+        command.arg("study").arg(scene.path("study.yaml")).args(["--renderer", "reference", "--out"]);
+        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+        Finished::of(&mut command)
+    };
+    study(&trained, ", instances: 3").expect(2, &["variant mine", "folder"]);
+    study(Path::new("nowhere"), "").expect(2, &["no folder", "nowhere"]);
+    study(&trained, "").expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/others/tables.md")).expect("the tables");
+    assert!(tables.contains("| mine ") && tables.contains("| pixels_pca64"), "{tables}");
 }
 
 #[test]

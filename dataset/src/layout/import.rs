@@ -79,7 +79,8 @@ impl ImportError {
         expected: impl Into<String>,
         remedy: &'static str,
     ) -> Self {
-        let got = got.to_string().chars().take(SHOWN).collect();
+        let shown = |letter: char| if letter.is_control() { char::REPLACEMENT_CHARACTER } else { letter };
+        let got = got.to_string().chars().map(shown).take(SHOWN).collect();
         let problem =
             Problem { file: file.to_owned(), field: field.into(), got, expected: expected.into(), remedy };
         Self::Invalid(Box::new(problem))

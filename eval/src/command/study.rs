@@ -8,7 +8,8 @@ use crate::manifest::Manifest;
 use crate::metric::Metric;
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, finished_model, study_views, variant_models, variant_scores,
+    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, finished_model, study_views, variant_models,
+    variant_scores,
 };
 use crate::render::{self, Style};
 use crate::report;

@@ -18,17 +18,16 @@ pub enum GateError {
         /// The fresh hash.
         fresh: String,
     },
-    /// The baseline has other seeds.
+    /// The baseline has no such seed.
     #[error(
-        "table {table} has {fresh} seeds and the baseline {baseline}, or others: compare with the seeds of the scene file"
+        "table {table}: the baseline has no run on seed {seed}: compare on seeds that it has, those of the scene file \
+         or some of them"
     )]
-    Seeds {
+    Seed {
         /// The table.
         table: String,
-        /// Seeds of the baseline.
-        baseline: usize,
-        /// Fresh seeds.
-        fresh: usize,
+        /// The seed.
+        seed: u64,
     },
     /// The baseline has no number at all.
     #[error("the baseline holds no number: nothing was compared")]

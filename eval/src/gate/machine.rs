@@ -1,4 +1,5 @@
-//! What results were made on, and with which model: where these are the same, every difference comes from the code.
+//! What results were made on, and with which model: where these are the same, differences come from the code, as a rule (virtual machines
+//! give different processors one name).
 
 use crate::manifest::{FILE_NAME, Host, Manifest, Renderer};
 use serde::Deserialize;
@@ -54,7 +55,8 @@ impl Machine {
         if others.is_empty() && !model.is_empty() {
             model.to_owned()
         } else if others.is_empty() {
-            "The baseline was made on such a processor, with the same renderer and driver: what differs comes from the code.\n"
+            "The baseline was made on a processor of that name, with the same renderer and driver: what differs comes from the code, or from \
+             a processor that rounds otherwise.\n"
                 .to_owned()
         } else {
             format!("{model}The baseline was made on {}: scores may differ by rounding.\n", others.join("; "))

@@ -1,24 +1,24 @@
-//! Why a scene file is refused.
+//! Why a scene file, or a study, is refused.
 
 use super::MAX_BYTES;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_sim::scene::SceneError;
 
-/// Why a scene file is refused.
+/// Why a scene file, or a study, is refused.
 #[derive(Debug, Error)]
 pub enum SceneFileError {
     /// It cannot be read.
-    #[error("cannot read the scene {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
     },
-    /// It is far larger than any scene.
+    /// It is far larger than any.
     #[error(
-        "the scene {} is larger than {MAX_BYTES} bytes: a scene is a page of YAML, is this the right file?",
+        "{} is larger than {MAX_BYTES} bytes: a scene or a study is a page of YAML, is this the right file?",
         path.display()
     )]
     TooLarge {
@@ -26,15 +26,15 @@ pub enum SceneFileError {
         path: PathBuf,
     },
     /// It is not text.
-    #[error("the scene {} is not UTF-8 text (byte {offset})", path.display())]
+    #[error("{} is not UTF-8 text (byte {offset})", path.display())]
     NotText {
         /// The file.
         path: PathBuf,
         /// Offset of the first byte that is not.
         offset: usize,
     },
-    /// It is no scene: the message holds line, column and a snippet for each reason.
-    #[error("the scene {} is not valid:\n{message}", path.display())]
+    /// It is none: the message holds line, column and a snippet for each reason.
+    #[error("{} is not valid:\n{message}", path.display())]
     Invalid {
         /// The file.
         path: PathBuf,
@@ -42,7 +42,7 @@ pub enum SceneFileError {
         message: String,
     },
     /// It breaks a rule of the simulated part, or names a mesh that cannot be used.
-    #[error("the scene {} is not valid: {source}", path.display())]
+    #[error("{} is not valid: {source}", path.display())]
     Rules {
         /// The file.
         path: PathBuf,

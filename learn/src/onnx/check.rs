@@ -30,12 +30,14 @@ pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<Model
 }
 
 fn check_opset(model: &ModelProto) -> Result<(), GraphError> {
-    let imports: Vec<_> = model.opset_import.iter().map(|o| (o.domain.clone(), o.version)).collect();
+    let domain = |name: &str| if name.is_empty() { "ai.onnx".to_owned() } else { name.to_owned() };
+    let imports: Vec<_> = model.opset_import.iter().map(|o| (domain(&o.domain), o.version)).collect();
     match imports.as_slice() {
-        [(domain, version)] if (domain.is_empty() || domain == "ai.onnx") && OPSETS.contains(version) => {
-            Ok(())
+        [(domain, version)] if domain == "ai.onnx" && OPSETS.contains(version) => Ok(()),
+        _ => {
+            let got: Vec<_> = imports.iter().map(|(domain, version)| format!("{domain} {version}")).collect();
+            Err(GraphError::Opset { got: format!("[{}]", got.join(", ")) })
         }
-        _ => Err(GraphError::Opset { got: imports }),
     }
 }
 

@@ -16,11 +16,11 @@ pub enum GraphError {
     },
     /// Another operator set.
     #[error(
-        "operator set {got:?}, expected one of {OPSETS:?} of the default domain alone; export with opset 17"
+        "operator sets {got}, expected the default domain alone in one of {OPSETS:?}; export with opset 17"
     )]
     Opset {
         /// Domain and version of each import.
-        got: Vec<(String, i64)>,
+        got: String,
     },
     /// A feature of ONNX that no model needs here.
     #[error("{what} is not supported; export plain nodes with their weights in the file")]

@@ -57,7 +57,19 @@ impl Annotation {
 
 pub(super) fn read(scan: &Path) -> Result<Annotations, ImportError> {
     let path = scan.join(FILE);
-    let bytes = read_file(&path, LARGEST)?;
+    let bytes = read_file(&path, LARGEST).map_err(|error| match error {
+        error if error.is_absence() => {
+            let expected = "the folder of one scan, such as Home_001_1";
+            ImportError::invalid(
+                scan,
+                "folder",
+                format!("no {FILE} in it"),
+                expected,
+                "name a folder of a scan",
+            )
+        }
+        error => error,
+    })?;
     serde_json::from_slice(&bytes).map_err(|error| {
         let field = format!("line {}", error.line());
         let expected = "images by name, with boxes of 6 numbers and 6 movements";

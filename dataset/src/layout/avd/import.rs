@@ -64,8 +64,8 @@ fn rotation(matrix: Matrix3<f64>) -> Pose {
 /// could be placed. Objects have an identity orientation and no symmetry, as neither is known; every visible fraction
 /// is 1 for the same reason. `images` may be smaller than the camera, in its shape: boxes then keep the camera's pixels.
 pub fn read_scan(folder: &Path) -> Result<AvdScan, ImportError> {
-    let (camera, lens) = camera::read(folder)?;
     let annotations = annotations::read(folder)?;
+    let (camera, lens) = camera::read(folder)?;
     let names = labels::read(folder)?;
     let mut report = ImportReport::default();
     let registered = registered(folder, &annotations, &mut report)?;

@@ -176,6 +176,7 @@ fn damaged_files_are_refused_by_name() {
     truncate(&path, 0.5);
     assert_eq!(problem(&folder).field, "line 1");
     std::fs::write(&path, whole).unwrap();
+    assert!(problem(root.path()).expected.contains("folder of one scan"));
 
     let (path, whole) = keep("cameras.txt");
     std::fs::write(&path, "1 OPENCV 1920 1080 oops").unwrap();
