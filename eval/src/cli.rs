@@ -112,6 +112,9 @@ pub struct FiguresArgs {
     /// Folder of a trained model, in place of the one that comes with the scene.
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
+    /// A view set to draw, as `bench import` makes them, in place of the scene's test instances.
+    #[arg(long, value_name = "DIR")]
+    pub views: Option<PathBuf>,
 }
 
 /// `bench import LAYOUT DIR --out DIR`: real data in our own layout.

@@ -34,6 +34,11 @@ pub struct StudyFile {
     #[serde(default)]
     #[garde(skip)]
     pub scored: Scored,
+    /// A view set, as `bench import` makes them, whose instances are scored in place of the scene's test instances; relative to the
+    /// study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(custom(in_place_of_test(self.scored)))]
+    pub views: Option<PathBuf>,
     /// Each variant is trained so often, with seeds from 1 on.
     #[garde(range(min = 1, max = 100))]
     pub seeds: u64,
@@ -89,6 +94,15 @@ pub struct VariantError {
     pub variant: String,
     /// Which setting is wrong, and how.
     pub reason: String,
+}
+
+fn in_place_of_test(scored: Scored) -> impl FnOnce(&Option<PathBuf>, &()) -> garde::Result {
+    move |views, ()| match views {
+        Some(_) if scored != Scored::Test => {
+            Err(garde::Error::new("are scored in place of test instances: leave out `scored`"))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Scored {

@@ -1,6 +1,8 @@
 //! Bad scenes, models and folders: a message that names the fault and its place, and the documented exit code.
 
+use sha2::{Digest, Sha256};
 use std::fs;
+use vantage_dataset::store::read_episode;
 use vantage_tests::{Finished, SmallScene, bench, root};
 
 fn refused(old: &str, new: &str, code: i32, words: &[&str]) {
@@ -15,6 +17,9 @@ fn malformed_scenes_are_refused_with_line_and_column() {
     refused("objects: 3", "objects: three", 2, &["scene.yaml:9:12"]);
     refused("speed: 0.3", "speed: .nan", 2, &["scene.yaml:22:10"]);
     refused("height: 0.72", "height: -1", 2, &["scene.yaml:", "height"]);
+    refused(", horizontal_fov_deg: 60", "", 2, &["either horizontal_fov_deg or intrinsics"]);
+    let both = ", horizontal_fov_deg: 60, intrinsics: { fx: 300, fy: 300, cx: 160, cy: 120 }";
+    refused(", horizontal_fov_deg: 60", both, 2, &["either horizontal_fov_deg or intrinsics"]);
     refused("objects: 3", "objects: 0", 2, &["scene.yaml:9:12"]);
     refused("families: [mug, duck, carton, teapot]", "families: [mug, dragon]", 2, &["dragon"]);
 }
@@ -107,6 +112,21 @@ fn models_that_cannot_be_used_are_refused() {
 
     fs::remove_file(copy("unlisted").join("training_instances.txt")).expect("a list");
     with_model("unlisted").expect(5, &["training_instances.txt"]);
+
+    Finished::of(&mut scene.dataset("d", &["--seeds", "1"])).expect(0, &[]);
+    let episode = read_episode(&scene.path("d/0")).expect("an episode");
+    let instance = format!("{:016x}", episode.truth.objects[0].instance.0);
+    let list = copy("leaking").join("training_instances.txt");
+    let seen = fs::read_to_string(&list).expect("a list");
+    let sha256 =
+        |text: &str| -> String { Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect() };
+    let more = format!("{seen}{instance}\n");
+    let manifest = fs::read_to_string(scene.path("leaking/model.yaml")).expect("a manifest");
+    assert!(manifest.contains(&sha256(&seen)));
+    fs::write(scene.path("leaking/model.yaml"), manifest.replace(&sha256(&seen), &sha256(&more)))
+        .expect("a manifest");
+    fs::write(&list, more).expect("a longer list");
+    with_model("leaking").expect(2, &[&instance, "leaking"]);
 }
 
 #[test]

@@ -4,7 +4,9 @@ use std::fs;
 use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
+use vantage_dataset::Camera;
 use vantage_dataset::layout::verify_layout;
+use vantage_dataset::store::read_episode;
 use vantage_tests::{Finished, SmallScene, assert_resumes, files};
 
 #[test]
@@ -115,7 +117,8 @@ fn look_alikes_of_a_mesh_keep_its_licence() {
     let corners: String = (0..8).map(corner).collect();
     let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
     fs::write(scene.path("box.obj"), corners + faces).unwrap();
-    fs::write(scene.path("LICENSE"), "\nCC BY 4.0, by nobody\n").unwrap();
+    fs::write(scene.path("LICENSE"), "source: https://example.org/box\nLicence: CC BY 4.0, by nobody\n")
+        .unwrap();
     Finished::of(&mut scene.dataset("d", &["--seeds", "1", "--format", "webdataset,bop"])).expect(0, &[]);
     for format in ["webdataset", "bop"] {
         let manifest = fs::read(scene.path("d").join(format).join("manifest.json")).unwrap();
@@ -150,4 +153,22 @@ fn episodes_of_another_scene_are_left_as_they_are() {
     fs::write(scene.path("scene.yaml"), text.replace("objects: 3", "objects: 2")).unwrap();
     write().expect(2, &["another scene"]);
     assert!(files(&scene.path("d/0")) == before);
+}
+
+#[test]
+fn a_camera_may_be_given_by_its_intrinsics() {
+    let Camera { fx, .. } = Camera::with_horizontal_fov(320, 240, 60f64.to_radians());
+    let episode = |camera: &str| {
+        let scene = SmallScene::new(&[("horizontal_fov_deg: 60", camera)]);
+        Finished::of(&mut scene.dataset("d", &["--seeds", "1"])).expect(0, &[]);
+        let mut files = files(&scene.path("d/0"));
+        files.retain(|path, _| !path.ends_with("manifest.json"));
+        (read_episode(&scene.path("d/0")).unwrap().observations.camera, files)
+    };
+    let plain = episode("horizontal_fov_deg: 60");
+    let same = episode(&format!("intrinsics: {{ fx: {fx}, fy: {fx}, cx: 160, cy: 120 }}"));
+    assert!(plain == same);
+    let other = episode("intrinsics: { fx: 250, fy: 300, cx: 150, cy: 130 }");
+    assert_eq!(other.0, Camera { width: 320, height: 240, fx: 250.0, fy: 300.0, cx: 150.0, cy: 130.0 });
+    assert!(other.1 != plain.1);
 }

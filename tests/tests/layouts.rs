@@ -31,25 +31,25 @@ fn dataset(scene: &SmallScene, formats: &str, seeds: &str) -> Finished {
 #[test]
 fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     let scene = turntable();
-    dataset(&scene, "bigbird,webdataset", "4").expect(0, &[]);
+    dataset(&scene, "bigbird,webdataset", "5").expect(0, &[]);
     let root = scene.path("d/bigbird");
     let mut names: Vec<PathBuf> = fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path()).collect();
     names.retain(|path| path.is_dir());
     names.sort();
     let names: Vec<String> =
         names.iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()).collect();
-    assert_eq!(names.len(), 4, "{names:?}");
+    assert_eq!(names.len(), 5, "{names:?}");
     let images = fs::read_dir(root.join(&names[0])).unwrap().count();
     assert_eq!(images, 2 * 40 + 3, "an image and its depth, masks, poses, calibration.h5");
     let manifest = verify_layout(&root).unwrap();
     let mut parts: Vec<_> = manifest.shards.iter().map(|part| part.name.clone()).collect();
     parts.sort();
-    assert_eq!((parts, manifest.samples), (names.clone(), 4 * 40));
+    assert_eq!((parts, manifest.samples), (names.clone(), 5 * 40));
     let poses = root.join(&names[0]).join("calibration.h5");
     let whole = fs::read(&poses).unwrap();
     fs::write(&poses, [&whole[..whole.len() - 1], b"?"].concat()).unwrap();
     assert!(verify_layout(&root).is_err(), "a changed file is found");
-    dataset(&scene, "bigbird", "4").expect(5, &[&names[0], "blake3"]);
+    dataset(&scene, "bigbird", "5").expect(5, &[&names[0], "blake3"]);
     fs::write(&poses, whole).unwrap();
 
     let import = |split: &str, objects: &str, out: &str| {
@@ -66,6 +66,37 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
 
     Finished::of(&mut scene.train_on_views()).expect(0, &[]);
     assert!(scene.path("model/model.yaml").exists());
+
+    let study = |views: &str, more: &str| {
+        let text = format!(
+            "version: 1\nname: imported\npurpose: To score them.\nscene: scene.yaml\nseeds: 1\nviews: {views}\n{more}variants:\n  \
+             - {{ name: own, note: trained on the others, folder: model }}\n"
+        );
+        fs::write(scene.path("study.yaml"), text).unwrap();
+        let mut command = bench();
+        command.arg("study").arg(scene.path("study.yaml")).arg("--out").arg(scene.path("out"));
+        Finished::of(command.arg("--cache").arg(scene.path("cache")))
+    };
+    import("test", &names[3..].join(","), "both").expect(0, &[]);
+    import("test", &names[4], "test").expect(0, &[]);
+    study("nowhere", "").expect(2, &["no folder", "nowhere"]);
+    study("test", "scored: known\n").expect(2, &["views", "leave out"]);
+    study("both", "").expect(2, &["was trained on it"]);
+    study("test", "").expect(0, &[]);
+    assert!(fs::read_to_string(scene.path("out/imported/tables.md")).unwrap().contains("| own "));
+    assert!(
+        fs::read_to_string(scene.path("out/imported/variants.md")).unwrap().contains("the views in test")
+    );
+    let mut figures = bench();
+    figures
+        .arg("figures")
+        .arg(scene.path("scene.yaml"))
+        .arg("--model")
+        .arg(scene.path("model"))
+        .arg("--views");
+    figures.arg(scene.path("test")).arg("--out").arg(scene.path("figures"));
+    Finished::of(figures.arg("--cache").arg(scene.path("cache"))).expect(0, &["two sessions"]);
+    assert!(scene.path("figures/latents.png").exists());
 }
 
 fn apartment(more: &[(&str, &str)]) -> SmallScene {

@@ -111,6 +111,27 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
 }
 
 #[test]
+fn a_training_that_diverges_is_a_failed_run_of_its_study() {
+    let scene = with_objective("viewpoint_dependent");
+    let study = |variants: &str| {
+        let text = format!(
+            "version: 1\nname: failing\npurpose: To diverge.\nscene: scene.yaml\nseeds: 1\nvariants:\n{variants}"
+        );
+        fs::write(scene.path("study.yaml"), text).expect("a study file");
+        let mut command = bench();
+        command.arg("study").arg(scene.path("study.yaml")).args(["--renderer", "reference", "--out"]);
+        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+        Finished::of(&mut command)
+    };
+    let bad = "  - { name: bad, note: diverges, model: { learning_rate: 1, trunk_steps: 60, steps: 60 } }\n";
+    let finished = study(&format!("{bad}  - {{ name: good, note: does not }}\n"));
+    finished.expect(0, &["bad with seed 1 failed", "lower the learning rate"]);
+    let tables = fs::read_to_string(scene.path("out/failing/tables.md")).expect("the tables");
+    assert!(tables.contains("| good ") && tables.contains("1 (1 failed)"), "{tables}");
+    study(bad).expect(4, &["failed"]);
+}
+
+#[test]
 fn a_study_of_known_instances_scores_views_that_it_holds_out() {
     let scene = with_objective("viewpoint_dependent");
     let study = |variant: &str| {

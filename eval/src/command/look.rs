@@ -23,8 +23,9 @@ use vantage_sim::views::training_views;
 
 /// Longer side of the picture of the world and of each image of the camera, pixels.
 const PICTURE: u32 = 640;
-/// Images of the camera, evenly spread over the path.
+/// Images of the camera: of each third of the path the fullest of so many.
 const FRAMES: usize = 3;
+const CANDIDATES: usize = 8;
 /// Instances, a column each, and their views.
 const INSTANCES: usize = 10;
 const VIEWS: usize = 8;
@@ -110,8 +111,14 @@ fn pictures(
     };
     let mut panels = vec![world];
     let mut observer = Observer::new(scene, rollout);
-    for index in 0..FRAMES {
-        let look = observer.look((2 * index + 1) * rollout.steps() / (2 * FRAMES), renderer)?;
+    for third in 0..FRAMES {
+        let mut look = observer.look(candidate(third, 0, rollout.steps()), renderer)?;
+        for number in 1..CANDIDATES {
+            let other = observer.look(candidate(third, number, rollout.steps()), renderer)?;
+            if other.detections.len() > look.detections.len() {
+                look = other;
+            }
+        }
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
         for (detection, _) in &look.detections {
             panel.outline(&detection.bounding_box);
@@ -119,6 +126,11 @@ fn pictures(
         panels.push(panel);
     }
     Ok(panels)
+}
+
+/// A step of a third of the path.
+fn candidate(third: usize, number: usize, steps: usize) -> usize {
+    (third * CANDIDATES + number) * steps / (FRAMES * CANDIDATES)
 }
 
 /// A camera high above the middle of the room that holds all of it, x to the right and y up.

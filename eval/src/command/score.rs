@@ -28,7 +28,7 @@ pub struct Scored {
     pub results: Results,
     /// Their origin.
     pub manifest: Manifest,
-    /// The episodes by seed, or why there is none.
+    /// The episodes by seed, or why there is none; empty where no robot drives.
     pub episodes: Vec<(Seed, Result<EpisodeFolder, String>)>,
     /// The estimators' answers by seed.
     pub answers: Vec<(Seed, Vec<Answer>)>,
@@ -62,7 +62,14 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     clock.stage("test views");
     let loaded = model(&pipeline, chosen.as_deref())?;
     clock.stage("model");
-    let episodes = episodes(&pipeline, &seeds, Split::Test)?;
+    let episodes = if pipeline.file.robot.path.stations() {
+        pipeline
+            .progress
+            .note("note: no robot drives in this scene: single views are scored, and no trajectory");
+        Vec::new()
+    } else {
+        episodes(&pipeline, &seeds, Split::Test)?
+    };
     clock.stage("episodes");
     let answers = estimates(&pipeline, &episodes, &loaded)?;
     clock.stage("estimates");
@@ -146,6 +153,9 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
     report::write(&out, &scored.results, &scored.manifest)?;
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
+    if scored.answers.is_empty() {
+        return Ok(Exit::Success);
+    }
     if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
         return Err(BenchError::Panicked { scene });
     }

@@ -59,7 +59,8 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     manifest.options = serde_json::to_value(args)?;
 
     let started = Instant::now();
-    let views = study_views(&pipeline, study.scored)?;
+    let imported = study.views.as_ref().map(|views| beside.join(views));
+    let views = study_views(&pipeline, &study, imported.as_deref())?;
     manifest.took("views", started.elapsed());
     let trunks = args.cache.join(TRUNKS);
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
@@ -71,16 +72,25 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             Some(folder) => finished_model(&pipeline, &beside.join(folder), &seeds)?,
             None => variant_models(&pipeline, &study, variant, &views, &trunks)?,
         };
-        if let (0, Some(first), Some(set)) = (number, models.first(), views.first_scored()) {
+        if let (0, Some((_, Ok(first))), Some(set)) = (number, models.first(), views.first_scored()) {
             map = latents::map(set, &latents::embeddings(&first.model, set)?)?;
         }
-        for model in models {
-            let scored = variant_scores(&pipeline, &views, &model)?;
+        for (seed, model) in models {
+            let scored = match model {
+                Ok(model) => variant_scores(&pipeline, &views, &model)?,
+                Err(failure) => {
+                    let method = variant.name.clone();
+                    let failed =
+                        Run { method, seed, outcome: Outcome::Failed(failure), scores: BTreeMap::new() };
+                    runs.iter_mut().for_each(|runs| runs.push(failed.clone()));
+                    continue;
+                }
+            };
             for ((table, runs), floor) in TABLES.iter().zip(&mut runs).zip(&mut floors) {
                 if let Some(name) = table.floor().filter(|_| floor.is_empty()) {
                     *floor = mean_scores(table, &scored, name);
                 }
-                runs.push(run(&variant.name, model.seed, mean_scores(table, &scored, LATENTS)));
+                runs.push(run(&variant.name, seed, mean_scores(table, &scored, LATENTS)));
             }
         }
         manifest.took(&variant.name, started.elapsed());
@@ -107,7 +117,10 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         "# {}\n\n{}\n\nScored: {}.\n\n{}",
         study.name,
         study.purpose.trim(),
-        study.scored.told(),
+        study
+            .views
+            .as_ref()
+            .map_or(study.scored.told().to_owned(), |views| format!("the views in {}", views.display())),
         notes.collect::<String>()
     );
     let folder = PathBuf::from(&study.name);
@@ -115,8 +128,10 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     if let Some((_, png)) = map {
         out.write(folder.join(latents::LATENTS), &png)?;
     }
+    let scored =
+        tables.iter().flat_map(Table::runs).any(|run| run.outcome == Outcome::Done && !run.scores.is_empty());
     report::write(&out, &Results::new(&study.name, &hash, tables), &manifest)?;
-    Ok(Exit::Success)
+    Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }
 
 fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {

@@ -26,7 +26,7 @@ const TRAJECTORY: [Metric; 7] = [
 ];
 /// The tables, and what they are of.
 pub struct Tables {
-    /// `trajectory`, and those of unseen instances.
+    /// `trajectory` where there are episodes, and those of unseen instances.
     pub tables: Vec<Table>,
     /// Detections of objects in all episodes.
     pub detections: usize,
@@ -66,8 +66,10 @@ pub fn tables(
     }
     let methods: Vec<&str> = rows.iter().map(|&row| row_name(row, semantic)).collect();
     let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
-    let trajectory = Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?;
-    let mut tables = vec![trajectory];
+    let mut tables = Vec::new();
+    if !episodes.is_empty() {
+        tables.push(Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?);
+    }
     for table in &TABLES {
         let of = |seed: &Unseen| seed.runs.get(table.name).cloned().unwrap_or_default();
         tables.push(table.of(semantic, seeds, unseen.iter().flat_map(of).collect())?);

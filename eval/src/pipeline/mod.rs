@@ -26,7 +26,7 @@ pub use study::{StudyViews, VariantModel, finished_model, study_views, variant_m
 pub use training::{train, train_on};
 pub use unseen::{
     LATENTS, Likelihood, MEAN_VIEW, OF_LATENTS, PIXELS, ScoredViews, Subject, TABLES, Unseen, UnseenTable,
-    UnseenTrial, test_views, unseen,
+    UnseenTrial, imported_views, test_views, unseen,
 };
 pub use views::views;
 

@@ -2,7 +2,7 @@
 
 use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit};
-use super::{Pipeline, ScoredViews, Subject, Unseen, code, test_views, unseen, views};
+use super::{Pipeline, ScoredViews, Subject, Unseen, code, imported_views, test_views, unseen, views};
 use crate::error::BenchError;
 use crate::scene_file;
 use crate::study_file::{Scored, StudyFile, Variant};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{MANIFEST, Model, TrainingDevice, TrainingSpec};
+use vantage_learn::{MANIFEST, Model, TrainError, TrainingDevice, TrainingSpec};
 
 /// The views that a study trains on, and what identifies them.
 pub struct StudyViews {
@@ -21,13 +21,27 @@ pub struct StudyViews {
     scored: Vec<ScoredViews>,
 }
 
-/// Renders the views, where the cache has none.
-pub fn study_views(pipeline: &Pipeline, scored: Scored) -> Result<StudyViews, BenchError> {
+/// Renders the views, where the cache has none; those to train on only where a variant is trained. `imported` are scored in place
+/// of test instances.
+pub fn study_views(
+    pipeline: &Pipeline,
+    study: &StudyFile,
+    imported: Option<&Path>,
+) -> Result<StudyViews, BenchError> {
+    let tested = || match imported {
+        Some(folder) => Ok(vec![imported_views(folder)?]),
+        None => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice()),
+    };
+    if study.scored == Scored::Test && study.variants.iter().all(|variant| variant.folder.is_some()) {
+        let none = |split| ViewSet { split, instances: Vec::new(), views: Vec::new() };
+        let (training, validation) = (none(Split::Train), none(Split::Validation));
+        return Ok(StudyViews { training, validation, seals: Default::default(), scored: tested()? });
+    }
     let seed = pipeline.file.training.seed;
     let (mut training, first) = views(pipeline, Split::Train, seed, &mut |_| ())?;
     let (validation, second) = views(pipeline, Split::Validation, seed, &mut |_| ())?;
-    let scored = match scored {
-        Scored::Test => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice())?,
+    let scored = match study.scored {
+        Scored::Test => tested()?,
         Scored::Validation => vec![ScoredViews { seed, set: validation.clone(), seal: second.clone() }],
         Scored::Known => {
             let known = pipeline.scene.view_conditions().views.instances(Split::Test);
@@ -51,8 +65,6 @@ impl StudyViews {
 
 /// One model of a variant.
 pub struct VariantModel {
-    /// Seed of its training.
-    pub seed: Seed,
     /// The model.
     pub model: Arc<Model>,
     folder: PathBuf,
@@ -60,7 +72,7 @@ pub struct VariantModel {
     finished: bool,
 }
 
-/// The models of a variant, by seed; trained where the cache has none.
+/// The models of a variant, by seed, or why a training failed; trained where the cache has none.
 ///
 /// `trunks` is a folder of trained trunks, which variants share where their stage 1 is the same.
 pub fn variant_models(
@@ -69,7 +81,7 @@ pub fn variant_models(
     variant: &Variant,
     views: &StudyViews,
     trunks: &Path,
-) -> Result<Vec<VariantModel>, BenchError> {
+) -> Result<Vec<(Seed, Result<VariantModel, String>)>, BenchError> {
     let spec: TrainingSpec = variant.training(&pipeline.file.training.model)?;
     let kept = variant.instances.unwrap_or(usize::MAX);
     let training = first_instances(&views.training, kept);
@@ -78,7 +90,7 @@ pub fn variant_models(
         .map(|seed| {
             let seed = Seed(seed);
             let key = Key::new("study_model", &(code::TRAINED, &conditions, seed, &spec))?;
-            let entry = pipeline.stored(&key, |work| {
+            let stored = pipeline.stored(&key, |work| {
                 if work.join(MANIFEST).exists() {
                     return Ok(());
                 }
@@ -93,9 +105,18 @@ pub fn variant_models(
                     device: &TrainingDevice::default(),
                 };
                 fit(pipeline, fitted, work)
-            })?;
+            });
+            let entry = match stored {
+                Err(BenchError::Train(failure @ TrainError::NonFiniteLoss { .. })) => {
+                    pipeline
+                        .progress
+                        .note(&format!("{} with seed {} failed: {failure}", variant.name, seed.0));
+                    return Ok((seed, Err(failure.to_string())));
+                }
+                stored => stored?,
+            };
             let model = Arc::new(Model::load(&entry.folder)?);
-            Ok(VariantModel { seed, model, folder: entry.folder, finished: false })
+            Ok((seed, Ok(VariantModel { model, folder: entry.folder, finished: false })))
         })
         .collect()
 }
@@ -105,11 +126,12 @@ pub fn finished_model(
     pipeline: &Pipeline,
     folder: &Path,
     seeds: &[Seed],
-) -> Result<Vec<VariantModel>, BenchError> {
+) -> Result<Vec<(Seed, Result<VariantModel, String>)>, BenchError> {
     let (model, folder) = any_model(pipeline, Some(folder))?;
     let model = Arc::new(model);
-    let of_seed =
-        |&seed| VariantModel { seed, model: Arc::clone(&model), folder: folder.clone(), finished: true };
+    let of_seed = |&seed| {
+        (seed, Ok(VariantModel { model: Arc::clone(&model), folder: folder.clone(), finished: true }))
+    };
     Ok(seeds.iter().map(of_seed).collect())
 }
 

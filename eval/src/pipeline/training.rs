@@ -26,6 +26,10 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
 
 /// Trains the scene's model into `folder`, from where an interrupted training left it.
 pub fn train(pipeline: &Pipeline, device: &TrainingDevice, folder: &Path) -> Result<(), BenchError> {
+    let TrainingSpec { trunk_steps, steps, .. } = pipeline.file.training.model;
+    pipeline
+        .progress
+        .note(&format!("training a model of this scene, {trunk_steps} and {steps} steps: it takes minutes"));
     let training = shown_views(pipeline, Split::Train)?;
     let validation = shown_views(pipeline, Split::Validation)?;
     let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;

@@ -26,7 +26,7 @@ pub struct SensorSpec {
     pub landmarks: Option<LandmarkSpec>,
 }
 
-/// A pinhole camera with square pixels and a centred principal point.
+/// A pinhole camera: `horizontal_fov_deg` of one with square pixels and a centred principal point, or the `intrinsics` of any.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
@@ -37,12 +37,42 @@ pub struct CameraSpec {
     #[garde(range(min = 32, max = MAX_SIDE))]
     pub height: u32,
     /// Horizontal field of view, degrees.
-    #[garde(range(min = 10.0, max = 120.0), custom(not_nan))]
-    pub horizontal_fov_deg: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(range(min = 10.0, max = 120.0), custom(not_nan)), custom(either_this_or(self.intrinsics.is_some())))]
+    pub horizontal_fov_deg: Option<f64>,
+    /// Focal lengths and principal point, in its place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub intrinsics: Option<IntrinsicsSpec>,
     /// What it does to images; perfect where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub image: Option<ImageSpec>,
+}
+
+/// A pinhole camera as calibrations have it, pixels; the middle of the upper left pixel is at (0.5, 0.5).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct IntrinsicsSpec {
+    /// Focal length along x.
+    #[garde(range(min = 10.0, max = 20_000.0), custom(not_nan))]
+    pub fx: f64,
+    /// Focal length along y.
+    #[garde(range(min = 10.0, max = 20_000.0), custom(not_nan))]
+    pub fy: f64,
+    /// Principal point, x.
+    #[garde(range(min = 0.0, max = f64::from(MAX_SIDE)), custom(not_nan))]
+    pub cx: f64,
+    /// Principal point, y.
+    #[garde(range(min = 0.0, max = f64::from(MAX_SIDE)), custom(not_nan))]
+    pub cy: f64,
+}
+
+fn either_this_or(other: bool) -> impl FnOnce(&Option<f64>, &()) -> garde::Result {
+    move |this, ()| {
+        let message = "set either horizontal_fov_deg or intrinsics";
+        if this.is_some() == other { Err(garde::Error::new(message)) } else { Ok(()) }
+    }
 }
 
 /// Imperfections of a camera's images, drawn anew for each.
@@ -66,7 +96,15 @@ pub struct ImageSpec {
 impl CameraSpec {
     /// Its intrinsics.
     pub fn intrinsics(&self) -> Camera {
-        Camera::with_horizontal_fov(self.width, self.height, self.horizontal_fov_deg.to_radians())
+        let Self { width, height, .. } = *self;
+        match (&self.intrinsics, self.horizontal_fov_deg) {
+            (Some(IntrinsicsSpec { fx, fy, cx, cy }), _) => {
+                Camera { width, height, fx: *fx, fy: *fy, cx: *cx, cy: *cy }
+            }
+            (None, degrees) => {
+                Camera::with_horizontal_fov(width, height, degrees.unwrap_or_default().to_radians())
+            }
+        }
     }
 }
 

@@ -133,6 +133,24 @@ fn materials_that_are_not_there_or_cannot_be_read() {
 }
 
 #[test]
+fn normals_that_are_none_are_made_anew() {
+    let folder = cube_folder();
+    for number in ["nan", "inf", "0"] {
+        let faces = obj_faces(&FACES);
+        let faces =
+            ["/1", "/2", "/3", "/4"].iter().fold(faces, |text, uv| text.replace(uv, &format!("{uv}/1")));
+        let normal = format!("vn {number} {number} {number}\n");
+        let mesh = load(write(folder.path(), "bad.obj", &(obj_vertices() + &normal + &faces)));
+        let normals = &mesh.object.model.mesh.normals;
+        assert_eq!(normals.len(), 24, "{number}");
+        assert!(
+            normals.iter().all(|n| n.iter().filter(|x| x.abs() == 1.0).count() == 1),
+            "{number}: {normals:?}"
+        );
+    }
+}
+
+#[test]
 fn texture_coordinates_that_are_none() {
     let folder = cube_folder();
     for number in ["nan", "inf", "1e30"] {

@@ -97,6 +97,9 @@ fn all_have_the_size_and_about_the_faces_that_their_list_says() {
         assert!((0.99..=1.0).contains(&share) || share == 2.0, "{name}: {faces} of {listed} faces");
         assert!(mesh.licence.as_ref().unwrap().ends_with("LICENCE.txt"), "{name}");
         assert!(mesh.object.hull.len() <= 64, "{name}");
+        let normals = &mesh.object.model.mesh.normals;
+        let norms = normals.iter().map(|n| n.iter().map(|x| x * x).sum::<f32>().sqrt());
+        assert!(norms.into_iter().all(|norm| (norm - 1.0).abs() < 1e-3), "{name}");
     }
 }
 

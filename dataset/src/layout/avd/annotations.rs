@@ -10,7 +10,9 @@ use std::path::Path;
 const FILE: &str = "annotations.json";
 const LARGEST: u64 = 256 << 20;
 
-/// Sides of a box, pixels, that both must exceed for a difficulty of 1, 2, 3, 4: the longer and the shorter.
+/// Width of the dataset's images, pixels.
+const PUBLISHED_WIDTH: f64 = 1920.0;
+/// Sides of a box, pixels of these images, that both must exceed for a difficulty of 1, 2, 3, 4: the longer and the shorter.
 const DIFFICULTIES: [(f64, f64); 4] = [(300.0, 100.0), (200.0, 75.0), (100.0, 50.0), (50.0, 30.0)];
 
 /// What is known of one image, by its file name.
@@ -97,8 +99,9 @@ pub(super) fn write(scan: &Path, annotations: &BTreeMap<String, Written>) -> Res
         .map_err(StoreError::write(&path))
 }
 
-/// The difficulty of a box by the dataset's rule: 1 is easy, 5 hard.
-pub(super) fn difficulty(width: f64, height: f64) -> u8 {
+/// The difficulty of a box, in an image of some width, by the dataset's rule: 1 is easy, 5 hard. What counts is the share of the image.
+pub(super) fn difficulty(width: f64, height: f64, image_width: u32) -> u8 {
+    let [width, height] = [width, height].map(|side| side * PUBLISHED_WIDTH / f64::from(image_width));
     let (longer, shorter) = (width.max(height), width.min(height));
     let rank = DIFFICULTIES.iter().position(|(long, short)| longer > *long && shorter > *short);
     rank.map_or(5, |rank| rank as u8 + 1)
@@ -110,11 +113,12 @@ mod tests {
 
     #[test]
     fn difficulties_are_those_of_the_published_examples() {
-        assert_eq!(difficulty(301.0, 101.0), 1);
-        assert_eq!(difficulty(300.0, 100.0), 2);
-        assert_eq!(difficulty(80.0, 250.0), 2);
-        assert_eq!(difficulty(250.0, 60.0), 3);
-        assert_eq!(difficulty(51.0, 31.0), 4);
-        assert_eq!(difficulty(50.0, 30.0), 5);
+        assert_eq!(difficulty(301.0, 101.0, 1920), 1);
+        assert_eq!(difficulty(300.0, 100.0, 1920), 2);
+        assert_eq!(difficulty(80.0, 250.0, 1920), 2);
+        assert_eq!(difficulty(250.0, 60.0, 1920), 3);
+        assert_eq!(difficulty(51.0, 31.0, 1920), 4);
+        assert_eq!(difficulty(50.0, 30.0, 1920), 5);
+        assert_eq!(difficulty(101.0, 34.0, 640), 1, "a third of the width, a third of the sides");
     }
 }

@@ -90,7 +90,7 @@ impl AvdWriter {
                 let expected = format!("less than {}", self.objects.len());
                 return Err(unfit(&folder, &name, "track", object.track, &expected));
             };
-            boxes.push(labelled(&object.visible_box, *id));
+            boxes.push(labelled(&object.visible_box, *id, self.camera.width));
             self.seen.insert(object.track);
         }
         let Camera { width, height, .. } = self.camera;
@@ -182,11 +182,11 @@ fn number(root: &Path, names: &[String]) -> Result<Vec<u32>, StoreError> {
     Ok(numbers)
 }
 
-fn labelled(visible: &BoundingBox, id: u32) -> [u32; 6] {
+fn labelled(visible: &BoundingBox, id: u32, image_width: u32) -> [u32; 6] {
     let sides = visible.max - visible.min;
     let [x0, y0] = [visible.min.x, visible.min.y].map(|at| at as u32);
     let [x1, y1] = [visible.max.x, visible.max.y].map(|at| at as u32);
-    [x0, y0, x1, y1, id, u32::from(difficulty(sides.x, sides.y))]
+    [x0, y0, x1, y1, id, u32::from(difficulty(sides.x, sides.y, image_width))]
 }
 
 fn millimetres(depth: &[f32]) -> Vec<u16> {

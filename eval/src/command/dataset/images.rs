@@ -105,12 +105,18 @@ fn model(object: &Object, licence: Option<&String>) -> ObjectModel {
     }
 }
 
-/// The first line of the licence that lies beside each mesh file.
+/// Of the licence that lies beside each mesh file the line that begins with `licence:` or `license:`, what follows it, or else
+/// the first line.
 pub fn licences(scene: &CheckedScene) -> BTreeMap<InstanceId, String> {
     let meshes = scene.meshes().iter();
     let licences = meshes.filter_map(|mesh| {
         let text = fs::read_to_string(mesh.licence.as_ref()?).ok()?;
-        let line = text.lines().map(str::trim).find(|line| !line.is_empty())?;
+        let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
+        let named = lines().find_map(|line| {
+            let (key, value) = line.split_once(':')?;
+            ["licence", "license"].contains(&key.trim().to_lowercase().as_str()).then_some(value.trim())
+        });
+        let line = named.or_else(|| lines().next())?;
         Some((mesh.object.id, line.replace(char::is_control, " ")))
     });
     licences.collect()

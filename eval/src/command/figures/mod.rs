@@ -9,13 +9,13 @@ use crate::error::BenchError;
 use crate::exit::Exit;
 use crate::figure::FigureError;
 use crate::output::OutputFolder;
-use crate::pipeline::{Pipeline, any_model, check_unseen, views};
+use crate::pipeline::{Pipeline, any_model, check_unseen, imported_views, views};
 use crate::score::instance_posterior::KnownInstances;
 use looks::Looks;
 use std::io::Write;
 use vantage_dataset::{Seed, Split, ViewSet};
 
-/// Draws the test instances of the scene's first seed: their latents as t-SNE and, of models that know looks from viewpoints,
+/// Draws the test instances of the scene's first seed, or those of an imported view set: their latents as t-SNE and, of models that know looks from viewpoints,
 /// predictions and likelihoods over viewpoints.
 pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
@@ -23,7 +23,10 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let chosen = chosen_model(&pipeline, false, args.model.as_deref())?;
     let (model, folder) = any_model(&pipeline, chosen.as_deref())?;
     let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
-    let (set, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
+    let set = match &args.views {
+        Some(folder) => imported_views(folder)?.set,
+        None => views(&pipeline, Split::Test, seed, &mut |_| ())?.0,
+    };
     check_unseen(model.training_instances(), &folder, set.instances.iter().map(|instance| instance.id))?;
 
     let embeddings = latents::embeddings(&model, &set)?;

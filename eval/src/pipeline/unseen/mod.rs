@@ -18,7 +18,8 @@ use decoder::Decoded;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use vantage_dataset::store::Key;
+use std::path::Path;
+use vantage_dataset::store::{Key, read_manifest, read_views};
 use vantage_dataset::{Seed, Split, Symmetry, View, ViewSet};
 use vantage_learn::{LatentGaussian, Model, Viewing};
 
@@ -82,6 +83,14 @@ pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews
         Ok(ScoredViews { seed, set, seal })
     };
     seeds.iter().map(of_seed).collect()
+}
+
+/// A stored view set, to be scored.
+pub fn imported_views(folder: &Path) -> Result<ScoredViews, BenchError> {
+    if !folder.is_dir() {
+        return Err(BenchError::NoFolder { folder: folder.to_owned() });
+    }
+    Ok(ScoredViews { seed: Seed(0), set: read_views(folder)?, seal: read_manifest(folder)?.seal })
 }
 
 /// The scores on each set, of instances none of which the model may have seen; `hash` identifies the model.
