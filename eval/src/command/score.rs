@@ -62,17 +62,17 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     clock.stage("test views");
     let loaded = model(&pipeline, chosen.as_deref())?;
     clock.stage("model");
-    let episodes = if pipeline.file.robot.path.stations() {
-        pipeline
-            .progress
-            .note("note: no robot drives in this scene: single views are scored, and no trajectory");
-        Vec::new()
+    let (episodes, answers) = if pipeline.file.robot.path.stations() {
+        let told = "note: no robot drives in this scene: single views are scored, and no trajectory";
+        pipeline.progress.note(told);
+        (Vec::new(), Vec::new())
     } else {
-        episodes(&pipeline, &seeds, Split::Test)?
+        let episodes = episodes(&pipeline, &seeds, Split::Test)?;
+        clock.stage("episodes");
+        let answers = estimates(&pipeline, &episodes, &loaded)?;
+        clock.stage("estimates");
+        (episodes, answers)
     };
-    clock.stage("episodes");
-    let answers = estimates(&pipeline, &episodes, &loaded)?;
-    clock.stage("estimates");
     let viewing = loaded.model.viewing();
     let unseen =
         unseen(&pipeline, &tests, Subject::Viewing(&*viewing), &loaded.hash, |set| loaded.check_set(set))?;
