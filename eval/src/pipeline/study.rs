@@ -72,6 +72,9 @@ pub struct VariantModel {
     finished: bool,
 }
 
+/// Models by the seed of their training, or why that failed.
+pub type VariantModels = Vec<(Seed, Result<VariantModel, String>)>;
+
 /// The models of a variant, by seed, or why a training failed; trained where the cache has none.
 ///
 /// `trunks` is a folder of trained trunks, which variants share where their stage 1 is the same.
@@ -81,7 +84,7 @@ pub fn variant_models(
     variant: &Variant,
     views: &StudyViews,
     trunks: &Path,
-) -> Result<Vec<(Seed, Result<VariantModel, String>)>, BenchError> {
+) -> Result<VariantModels, BenchError> {
     let spec: TrainingSpec = variant.training(&pipeline.file.training.model)?;
     let kept = variant.instances.unwrap_or(usize::MAX);
     let training = first_instances(&views.training, kept);
@@ -126,7 +129,7 @@ pub fn finished_model(
     pipeline: &Pipeline,
     folder: &Path,
     seeds: &[Seed],
-) -> Result<Vec<(Seed, Result<VariantModel, String>)>, BenchError> {
+) -> Result<VariantModels, BenchError> {
     let (model, folder) = any_model(pipeline, Some(folder))?;
     let model = Arc::new(model);
     let of_seed = |&seed| {
