@@ -29,6 +29,11 @@ impl Camera {
         Self { width, height, fx: f, fy: f, cx: f64::from(width) / 2.0, cy: f64::from(height) / 2.0 }
     }
 
+    /// The mean of both focal lengths, pixels.
+    pub fn focal_length(&self) -> f64 {
+        (self.fx + self.fy) / 2.0
+    }
+
     /// The pixel of a point in the camera frame, or `None` behind the camera.
     pub fn project(&self, p_in_camera: &Point3<f64>) -> Option<Vector2<f64>> {
         (p_in_camera.z > 0.0).then(|| {

@@ -30,7 +30,7 @@ pub fn episode_views(episode: &Episode, split: Split, takes: &dyn Fn(&ObjectTrut
                 step: set.views.len() - before,
                 session_from_camera: session_from_camera[detection.step],
                 ray: ray.into(),
-                angular_size: detection.bounding_box.side() / observations.camera.fx,
+                angular_size: detection.bounding_box.side() / observations.camera.focal_length(),
             };
             set.views.push(View {
                 instance,

@@ -33,10 +33,16 @@ impl Split {
 pub struct InstanceId(pub u64);
 
 impl InstanceId {
-    /// The id of a real object, of which only the name is known: a hash of the name.
+    /// The id of an object of which only the name is known: of a real one a hash of the name, of a simulated one, whose name in
+    /// exported layouts ends with its id, that.
     ///
     /// BigBIRD and Active Vision name their objects alike, so that an object of both has one id.
     pub fn of_name(name: &str) -> Self {
+        let digits = name.rsplit_once('_').map(|(_, digits)| digits);
+        let written = digits.filter(|digits| digits.len() == 16 && !digits.starts_with('+'));
+        if let Some(id) = written.and_then(|digits| u64::from_str_radix(digits, 16).ok()) {
+            return Self(id);
+        }
         let mut bytes = [0; 8];
         bytes.copy_from_slice(&blake3::hash(name.as_bytes()).as_bytes()[..8]);
         Self(u64::from_le_bytes(bytes))

@@ -218,7 +218,7 @@ impl<'a> Chunk<'a> {
             step: slot.view,
             session_from_camera: sitting.shot.world_from_camera,
             ray: ray.into(),
-            angular_size: seen.side() * sitting.side / f64::from(TILE_SIDE) / self.camera.fx,
+            angular_size: seen.side() * sitting.side / f64::from(TILE_SIDE) / self.camera.focal_length(),
         });
         let image = Labelled { width: TILE_SIDE as usize, rgb: &tile.rgb, ids: &tile.ids };
         Some(View {

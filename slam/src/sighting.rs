@@ -25,7 +25,7 @@ pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>
     let mut order: Vec<usize> = (0..observations.detections.len()).collect();
     order.sort_by(|&a, &b| compare(&observations.detections[a], &observations.detections[b]));
     let camera = observations.camera;
-    let focal_length = (camera.fx + camera.fy) / 2.0;
+    let focal_length = camera.focal_length();
     let mut whole: BTreeMap<usize, Vec<Sighting>> = BTreeMap::new();
     let mut truncated = BTreeMap::new();
     for index in order {

@@ -20,6 +20,10 @@ fn malformed_scenes_are_refused_with_line_and_column() {
     refused(", horizontal_fov_deg: 60", "", 2, &["either horizontal_fov_deg or intrinsics"]);
     let both = ", horizontal_fov_deg: 60, intrinsics: { fx: 300, fy: 300, cx: 160, cy: 120 }";
     refused(", horizontal_fov_deg: 60", both, 2, &["either horizontal_fov_deg or intrinsics"]);
+    let aside = ", intrinsics: { fx: 300, fy: 300, cx: 321, cy: 120 }";
+    refused(", horizontal_fov_deg: 60", aside, 2, &["cx is 321"]);
+    let wide = ", intrinsics: { fx: 300, fy: 20, cx: 160, cy: 120 }";
+    refused(", horizontal_fov_deg: 60", wide, 2, &["fy gives 161"]);
     refused("objects: 3", "objects: 0", 2, &["scene.yaml:9:12"]);
     refused("families: [mug, duck, carton, teapot]", "families: [mug, dragon]", 2, &["dragon"]);
 }

@@ -64,7 +64,7 @@ fn an_export_reads_back_with_the_true_viewpoints() {
     let (set, report) = read(&folder).unwrap();
     assert_eq!(report, ImportReport { views: 40, skipped: vec![] });
     assert_eq!(set.instances.len(), 1);
-    assert_eq!(set.instances[0].id, InstanceId::of_name("ball_0000000000000007"));
+    assert_eq!(set.instances[0].id, InstanceId(7));
 
     let table_from_object = Pose::translation(0.01, -0.02, 0.1);
     let names = ANGLES.iter().flat_map(|angle| (1..=5).map(move |number| (number, *angle)));

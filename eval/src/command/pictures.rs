@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Observations, Truth};
+use vantage_slam::Row;
 
 /// Crops of an object on the sheet.
 const COLUMNS: usize = 16;
@@ -69,7 +70,15 @@ fn top_view(
             (object.family.as_str(), [center.x, center.y], object.size / 2.0)
         })
         .collect();
-    Ok(trajectory_svg(&TopView { title, truth: &truth.world_from_robot, estimates, objects: &objects })?)
+    // The control runs where the geometric estimate does.
+    let dashed = Row::Uninformative.name();
+    Ok(trajectory_svg(&TopView {
+        title,
+        truth: &truth.world_from_robot,
+        estimates,
+        dashed,
+        objects: &objects,
+    })?)
 }
 
 /// One row an object, masked crops above boxed ones, evenly spread over the track.

@@ -16,7 +16,7 @@ use crate::report;
 use crate::results::Results;
 use crate::scene_file::SceneFile;
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
-use crate::table::Outcome;
+use crate::table::{Outcome, Table};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -81,7 +81,9 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;
 
     manifest.model_hash = Some(loaded.hash.clone());
-    manifest.dataset_hash = Some(dataset_hash(&episodes));
+    let made = episodes.iter().map(|(_, episode)| episode.as_ref().map_or("none", |episode| &episode.seal));
+    let views = tests.iter().map(|views| views.seal.as_str()).filter(|_| episodes.is_empty());
+    manifest.dataset_hash = Some(dataset_hash(seeds.iter().zip(made.chain(views))));
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, scored.tables),
         detections: scored.detections,
@@ -130,11 +132,11 @@ pub(super) fn chosen_model(
     }
 }
 
-fn dataset_hash(episodes: &[(Seed, Result<EpisodeFolder, String>)]) -> String {
+fn dataset_hash<'a>(seals: impl Iterator<Item = (&'a Seed, &'a str)>) -> String {
     let mut hasher = blake3::Hasher::new();
-    for (seed, episode) in episodes {
+    for (seed, seal) in seals {
         hasher.update(&seed.0.to_le_bytes());
-        hasher.update(episode.as_ref().map_or("none", |episode| &episode.seal).as_bytes());
+        hasher.update(seal.as_bytes());
     }
     hasher.finalize().to_hex().to_string()
 }
@@ -154,7 +156,8 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     report::write(&out, &scored.results, &scored.manifest)?;
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
-        return Ok(Exit::Success);
+        let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
+        return if any { Ok(Exit::Success) } else { Err(BenchError::NothingSeen { scene }) };
     }
     if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
         return Err(BenchError::Panicked { scene });

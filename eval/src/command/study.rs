@@ -8,8 +8,8 @@ use crate::manifest::Manifest;
 use crate::metric::Metric;
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, finished_model, study_views, variant_models,
-    variant_scores,
+    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, VariantModels, finished_model, study_views,
+    variant_models, variant_scores,
 };
 use crate::render::{self, Style};
 use crate::report;
@@ -36,6 +36,8 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
     let views = pipeline.scene.view_conditions().views;
     let scored = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
+    let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
+    let mut finished: BTreeMap<&str, VariantModels> = BTreeMap::new();
     for variant in &study.variants {
         let spec = variant.training(&pipeline.file.training.model)?;
         variant.fits(views.instances(Split::Train), scored)?;
@@ -44,6 +46,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             if !folder.is_dir() {
                 return Err(BenchError::NoFolder { folder });
             }
+            finished.insert(&variant.name, finished_model(&pipeline, &folder, &seeds)?);
             continue;
         }
         if spec.objective == Objective::ViewpointPredictive && views.odometry.is_none() {
@@ -53,7 +56,6 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         }
     }
     let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
-    let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
     let mut manifest = Manifest::new(&hash, &seeds);
     manifest.renderer = super::score::renderer(&pipeline);
     manifest.options = serde_json::to_value(args)?;
@@ -62,14 +64,16 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let imported = study.views.as_ref().map(|views| beside.join(views));
     let views = study_views(&pipeline, &study, imported.as_deref())?;
     manifest.took("views", started.elapsed());
+    manifest.dataset_hash = Some(views.hash());
+    finished.values().try_for_each(|models| views.check_finished(models))?;
     let trunks = args.cache.join(TRUNKS);
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); TABLES.len()];
     let mut floors: Vec<BTreeMap<Metric, f64>> = vec![BTreeMap::new(); TABLES.len()];
     let mut map = None;
     for (number, variant) in study.variants.iter().enumerate() {
         let started = Instant::now();
-        let models = match &variant.folder {
-            Some(folder) => finished_model(&pipeline, &beside.join(folder), &seeds)?,
+        let models = match finished.remove(variant.name.as_str()) {
+            Some(models) => models,
             None => variant_models(&pipeline, &study, variant, &views, &trunks)?,
         };
         if let (0, Some((_, Ok(first))), Some(set)) = (number, models.first(), views.first_scored()) {

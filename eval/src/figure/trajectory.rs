@@ -19,6 +19,8 @@ pub struct TopView<'a> {
     pub truth: &'a [Pose],
     /// Estimated robot poses by method, aligned as the scores align them.
     pub estimates: &'a [(&'a str, Vec<Pose>)],
+    /// The method whose path is dashed, because it may lie on another's.
+    pub dashed: &'a str,
     /// True objects: name, x and y of the centre, radius, metres.
     pub objects: &'a [(&'a str, [f64; 2], f64)],
 }
@@ -88,8 +90,7 @@ fn draw(
     for (index, (name, poses)) in view.estimates.iter().enumerate() {
         let style = color(index).stroke_width(2);
         let path = poses.iter().map(xy);
-        // The control comes last and runs where the geometric estimate does, which has to show through.
-        let drawn = if index > 0 && index + 1 == view.estimates.len() {
+        let drawn = if *name == view.dashed {
             chart.draw_series(DashedLineSeries::new(path, 8, 8, style))?
         } else {
             chart.draw_series(LineSeries::new(path, style))?
@@ -125,15 +126,18 @@ mod tests {
         let truth = path(1.0);
         let estimates = [("odometry", path(1.2)), ("a<b", path(0.9))];
         let objects = [("mug & bowl", [1.0, 1.0], 0.3)];
-        let view = TopView { title: "tabletop", truth: &truth, estimates: &estimates, objects: &objects };
+        let (title, dashed) = ("tabletop", "a<b");
+        let view = TopView { title, truth: &truth, estimates: &estimates, dashed, objects: &objects };
         let svg = trajectory_svg(&view).unwrap();
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
         for text in ["tabletop", "odometry", "a&lt;b", "mug &amp; bowl", "truth", "x [m]"] {
             assert!(svg.contains(text), "{text} is missing");
         }
         let long_lines = svg.lines().filter(|l| l.starts_with("<polyline") && l.matches(',').count() == 20);
-        assert_eq!(long_lines.count(), 2, "odometry and truth; the last estimate is dashed");
-        assert!(svg.lines().filter(|line| line.starts_with("<polyline")).count() > 10);
+        assert_eq!(long_lines.count(), 2, "odometry and truth; the other estimate is dashed");
+        let lines = |svg: &str| svg.lines().filter(|line| line.starts_with("<polyline")).count();
+        let solid = trajectory_svg(&TopView { dashed: "", ..view.clone() }).unwrap();
+        assert!(lines(&svg) > lines(&solid) + 10, "{} {}", lines(&svg), lines(&solid));
         assert_eq!(svg, trajectory_svg(&view).unwrap());
     }
 

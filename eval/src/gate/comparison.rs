@@ -14,7 +14,7 @@ pub enum Movement {
     Improved,
     /// Worse: the whole interval is, or a run that had the score has it no more.
     Regressed,
-    /// The mean difference is beyond the tolerance, and its interval is not: a few seeds that went astray, as a rule.
+    /// The mean difference is beyond the tolerance, and its interval is not, or a single seed has none: a few seeds that went astray, as a rule.
     Unclear,
     /// Not in the baseline.
     New,
@@ -140,7 +140,7 @@ fn error(metric: Metric, score: f64) -> f64 {
 /// What a rise of the error makes of a score.
 fn movement(metric: Metric, rise: Mean) -> Movement {
     let tolerance = tolerance(metric);
-    let (low, high) = rise.interval().unwrap_or((rise.mean, rise.mean));
+    let (low, high) = rise.interval().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     match () {
         () if low > tolerance => Movement::Regressed,
         () if high < -tolerance => Movement::Improved,

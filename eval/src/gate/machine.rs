@@ -55,7 +55,7 @@ impl Machine {
         if others.is_empty() && !model.is_empty() {
             model.to_owned()
         } else if others.is_empty() {
-            "The baseline was made on a processor of that name, with the same renderer and driver: what differs comes from the code, or from \
+            "The baseline was made on an equally named processor, with the same renderer and driver: what differs comes from the code, or from \
              a processor that rounds otherwise.\n"
                 .to_owned()
         } else {

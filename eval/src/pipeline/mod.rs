@@ -21,7 +21,9 @@ pub use estimates::{Answer, PANICKED, estimates};
 pub use model::{LoadedModel, VIEW_CONDITIONS, any_model, check_unseen, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
-pub use study::{StudyViews, VariantModel, finished_model, study_views, variant_models, variant_scores};
+pub use study::{
+    StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,
+};
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
 pub use unseen::{

@@ -19,6 +19,8 @@ pub struct StudyViews {
     validation: ViewSet,
     seals: [String; 2],
     scored: Vec<ScoredViews>,
+    /// Whether the study scores instances that its trainings have seen.
+    of_seen: bool,
 }
 
 /// Renders the views, where the cache has none; those to train on only where a variant is trained. `imported` are scored in place
@@ -35,7 +37,13 @@ pub fn study_views(
     if study.scored == Scored::Test && study.variants.iter().all(|variant| variant.folder.is_some()) {
         let none = |split| ViewSet { split, instances: Vec::new(), views: Vec::new() };
         let (training, validation) = (none(Split::Train), none(Split::Validation));
-        return Ok(StudyViews { training, validation, seals: Default::default(), scored: tested()? });
+        return Ok(StudyViews {
+            training,
+            validation,
+            seals: Default::default(),
+            scored: tested()?,
+            of_seen: false,
+        });
     }
     let seed = pipeline.file.training.seed;
     let (mut training, first) = views(pipeline, Split::Train, seed, &mut |_| ())?;
@@ -53,10 +61,44 @@ pub fn study_views(
             vec![ScoredViews { seed, set, seal: format!("held out of {known} instances of {first}") }]
         }
     };
-    Ok(StudyViews { training, validation, seals: [first, second], scored })
+    Ok(StudyViews {
+        training,
+        validation,
+        seals: [first, second],
+        scored,
+        of_seen: study.scored != Scored::Test,
+    })
 }
 
 impl StudyViews {
+    /// What identifies all views.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let seals = self.seals.iter().chain(self.scored.iter().map(|scored| &scored.seal));
+        seals.for_each(|seal| {
+            hasher.update(seal.as_bytes());
+        });
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// Refuses a model that has seen what is scored. Of its own trainings the study asks for such instances where it scores others
+    /// than test instances.
+    fn check_unseen(&self, model: &VariantModel, set: &ViewSet) -> Result<(), BenchError> {
+        if self.of_seen && !model.finished {
+            return Ok(());
+        }
+        let instances = set.instances.iter().map(|instance| instance.id);
+        check_unseen(model.model.training_instances(), &model.folder, instances)
+    }
+
+    /// Likewise, of a model that was trained elsewhere, before anything is trained.
+    pub fn check_finished(&self, models: &VariantModels) -> Result<(), BenchError> {
+        let models = models.iter().filter_map(|(_, model)| model.as_ref().ok());
+        models.take(1).try_for_each(|model| {
+            self.scored.iter().try_for_each(|scored| self.check_unseen(model, &scored.set))
+        })
+    }
+
     /// The first set of views that models are scored on.
     pub fn first_scored(&self) -> Option<&ViewSet> {
         self.scored.first().map(|scored| &scored.set)
@@ -110,11 +152,11 @@ pub fn variant_models(
                 fit(pipeline, fitted, work)
             });
             let entry = match stored {
-                Err(BenchError::Train(failure @ TrainError::NonFiniteLoss { .. })) => {
+                Err(BenchError::Train(failure @ TrainError::NonFiniteLoss { stage, step, loss, .. })) => {
                     pipeline
                         .progress
                         .note(&format!("{} with seed {} failed: {failure}", variant.name, seed.0));
-                    return Ok((seed, Err(failure.to_string())));
+                    return Ok((seed, Err(format!("the loss of stage {stage} is {loss} at step {step}"))));
                 }
                 stored => stored?,
             };
@@ -144,16 +186,10 @@ pub fn variant_scores(
     views: &StudyViews,
     trained: &VariantModel,
 ) -> Result<Vec<Unseen>, BenchError> {
-    let VariantModel { model, folder, finished, .. } = trained;
+    let model = &trained.model;
     let viewing = model.viewing();
     let subject = viewing.as_deref().map_or(Subject::Embedding(model), Subject::Viewing);
-    unseen(pipeline, &views.scored, subject, model.hash(), |set| {
-        // The study asked for instances that the model lists among those it has seen.
-        if set.split != Split::Test && !finished {
-            return Ok(());
-        }
-        check_unseen(model.training_instances(), folder, set.instances.iter().map(|instance| instance.id))
-    })
+    unseen(pipeline, &views.scored, subject, model.hash(), |set| views.check_unseen(trained, set))
 }
 
 /// Moves every fourth view of each session of the first instances out of a set.

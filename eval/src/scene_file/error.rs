@@ -16,7 +16,7 @@ pub enum SceneFileError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// It is far larger than any.
+    /// It is far larger than any scene or study.
     #[error(
         "{} is larger than {MAX_BYTES} bytes: a scene or a study is a page of YAML, is this the right file?",
         path.display()
@@ -33,7 +33,7 @@ pub enum SceneFileError {
         /// Offset of the first byte that is not.
         offset: usize,
     },
-    /// It is none: the message holds line, column and a snippet for each reason.
+    /// It is neither scene nor study: the message holds line, column and a snippet for each reason.
     #[error("{} is not valid:\n{message}", path.display())]
     Invalid {
         /// The file.

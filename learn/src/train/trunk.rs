@@ -137,7 +137,7 @@ fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> 
     if !task.paired() {
         return (0..count).map(|_| views.usable[stream.below(views.usable.len())]).collect();
     }
-    views.pairs((count / 2).max(2), stream)
+    views.pairs((count / 2).max(1), stream)
 }
 
 impl TrunkData<'_> {

@@ -37,12 +37,13 @@ pub struct CameraSpec {
     #[garde(range(min = 32, max = MAX_SIDE))]
     pub height: u32,
     /// Horizontal field of view, degrees.
+    #[schemars(range(min = 10.0, max = 120.0))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(range(min = 10.0, max = 120.0), custom(not_nan)), custom(either_this_or(self.intrinsics.is_some())))]
     pub horizontal_fov_deg: Option<f64>,
     /// Focal lengths and principal point, in its place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(dive)]
+    #[garde(dive, custom(fits(self.width, self.height)))]
     pub intrinsics: Option<IntrinsicsSpec>,
     /// What it does to images; perfect where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -72,6 +73,28 @@ fn either_this_or(other: bool) -> impl FnOnce(&Option<f64>, &()) -> garde::Resul
     move |this, ()| {
         let message = "set either horizontal_fov_deg or intrinsics";
         if this.is_some() == other { Err(garde::Error::new(message)) } else { Ok(()) }
+    }
+}
+
+/// Holds a camera to fields of view that `horizontal_fov_deg` may have, and its principal point to the image.
+fn fits(width: u32, height: u32) -> impl FnOnce(&Option<IntrinsicsSpec>, &()) -> garde::Result {
+    move |intrinsics, ()| {
+        let Some(IntrinsicsSpec { fx, fy, cx, cy }) = intrinsics else { return Ok(()) };
+        for (side, focal_length, center, of) in [(width, fx, cx, "x"), (height, fy, cy, "y")] {
+            let side = f64::from(side);
+            let degrees = 2.0 * libm::atan(side / 2.0 / focal_length).to_degrees();
+            if !(5.0..=120.0).contains(&degrees) {
+                return Err(garde::Error::new(format!(
+                    "f{of} gives {degrees:.1} degrees, expected 5 to 120"
+                )));
+            }
+            if *center > side {
+                return Err(garde::Error::new(format!(
+                    "c{of} is {center}, beyond the image's {side} pixels"
+                )));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -21,11 +21,12 @@ pub fn draw(spec: &ViewsSpec, camera: &Camera, size: f64, stream: &mut Stream) -
     let horizontal = libm::cos(elevation);
     let towards_camera =
         Vector3::new(horizontal * libm::cos(azimuth), horizontal * libm::sin(azimuth), libm::sin(elevation));
-    let radius = camera.fx * size / 2.0 / distance;
+    let radius = |focal_length: f64| focal_length * size / 2.0 / distance;
     let center = Vector2::new(camera.cx, camera.cy);
+    let [width, height] = [camera.width, camera.height].map(f64::from);
     let free = Vector2::new(
-        (f64::from(camera.width) / 2.0 - radius).max(0.0),
-        (f64::from(camera.height) * MIDDLE / 2.0).min(f64::from(camera.height) / 2.0 - radius).max(0.0),
+        (camera.cx.min(width - camera.cx) - radius(camera.fx)).max(0.0),
+        (height * MIDDLE / 2.0).min(camera.cy.min(height - camera.cy) - radius(camera.fy)).max(0.0),
     );
     let off = Vector2::new(free.x * stream.uniform(-1.0, 1.0), free.y * stream.uniform(-1.0, 1.0));
     let rotation = aim(&camera.ray_in_camera(&(center + off)), &-towards_camera)

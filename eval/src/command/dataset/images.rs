@@ -114,7 +114,8 @@ pub fn licences(scene: &CheckedScene) -> BTreeMap<InstanceId, String> {
         let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
         let named = lines().find_map(|line| {
             let (key, value) = line.split_once(':')?;
-            ["licence", "license"].contains(&key.trim().to_lowercase().as_str()).then_some(value.trim())
+            let named = ["licence", "license"].contains(&key.trim().to_lowercase().as_str());
+            (named && !value.trim().is_empty()).then_some(value.trim())
         });
         let line = named.or_else(|| lines().next())?;
         Some((mesh.object.id, line.replace(char::is_control, " ")))
