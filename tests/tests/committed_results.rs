@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 use std::path::{Path, PathBuf};
+use vantage_eval::pipeline::TABLES;
 use vantage_eval::results::{FILE_NAME, Results};
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_eval::study_file::StudyFile;
@@ -38,6 +39,22 @@ fn every_scene_with_a_path_has_results_that_are_of_it() {
             }
         }
     }
+}
+
+#[test]
+fn results_have_all_scores_that_a_run_has_today() {
+    let mut seen = 0;
+    for entry in std::fs::read_dir(root().join("results")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let Some(results) = results(&name) else { continue };
+        seen += 1;
+        for table in &TABLES {
+            let found = results.tables.iter().find(|stored| stored.name() == table.name);
+            let metrics = found.map(|stored| stored.metrics());
+            assert_eq!(metrics, Some(table.metrics()), "{name}, {}: make its results again", table.name);
+        }
+    }
+    assert!(seen >= 9, "{seen} results");
 }
 
 #[test]
