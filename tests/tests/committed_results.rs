@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use vantage_eval::pipeline::TABLES;
 use vantage_eval::results::{FILE_NAME, Results};
@@ -55,6 +56,19 @@ fn results_have_all_scores_that_a_run_has_today() {
         }
     }
     assert!(seen >= 9, "{seen} results");
+}
+
+#[test]
+fn manifests_of_results_name_no_folder_of_a_machine() {
+    for entry in std::fs::read_dir(root().join("results")).unwrap() {
+        let path = entry.unwrap().path().join("manifest.json");
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        let manifest: Value = serde_json::from_str(&text).unwrap();
+        let words = manifest["command"].as_array().unwrap().iter();
+        let words = words.chain([&manifest["options"]["cache"]]).map(|word| word.as_str().unwrap());
+        let absolute: Vec<&str> = words.filter(|word| Path::new(word).is_absolute()).collect();
+        assert!(absolute.is_empty(), "{}: {absolute:?}", path.display());
+    }
 }
 
 #[test]
