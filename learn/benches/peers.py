@@ -1,8 +1,11 @@
 """Trains networks of our sizes with PyTorch, and runs our graphs with onnxruntime; see peers.sh.
 
-peers.py compare SPEED MODEL ROUNDS   interleaved rounds on one and two threads, then tables of medians and paired ratios
+peers.py compare SPEED MODEL BATCHED ROUNDS
+                                      interleaved rounds on one and two threads, then tables of medians and paired ratios;
+                                      BATCHED is a folder for the graphs of larger batches
 peers.py torch THREADS                one line a stage: its name, milliseconds a step
 peers.py onnxruntime MODEL            one line a graph: its name, microseconds a run, one thread
+peers.py batched MODEL FOLDER         the graphs of a model for batches of 64, into FOLDER
 """
 
 import math
@@ -22,6 +25,7 @@ PAIRS = HARMONICS * PAIRS_PER_HARMONIC
 LATENT = INVARIANT + 2 * PAIRS
 CONDITIONING = 2 * HARMONICS + UPRIGHT
 FEATURES, MEASUREMENT, COMPONENTS = 256, 32, 96
+BATCH = 64
 TRUNK_BATCH, GROUPS, VIEWS, CONTEXT, INSTANCES, OTHERS = 128, 48, 8, 7, 60, 256
 
 
@@ -138,15 +142,33 @@ def run_torch(threads):
     print(f"autoencoder {autoencoder(torch):.3f}")
 
 
+def write_batched(model, folder):
+    """All but the Jacobian, whose rows are those of one latent."""
+    import onnx
+    from onnx import numpy_helper
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for graph in ("measurement", "encoder", "decoder", "image"):
+        read = onnx.load(model / f"{graph}.onnx")
+        for value in [*read.graph.input, *read.graph.output]:
+            value.type.tensor_type.shape.dim[0].dim_value = BATCH
+        shapes = {node.input[1] for node in read.graph.node if node.op_type == "Reshape"}
+        for constant in read.graph.initializer:
+            if constant.name in shapes:
+                shape = numpy_helper.to_array(constant).copy()
+                shape[0] = BATCH
+                constant.CopyFrom(numpy_helper.from_array(shape, constant.name))
+        onnx.save(read, folder / f"{graph}.onnx")
+
+
 def run_onnxruntime(model):
     import numpy as np
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
-    graphs = ["measurement", "encoder", "decoder", "decoder_jacobian", "image"]
-    for graph in graphs:
-        session = onnxruntime.InferenceSession(str(model / f"{graph}.onnx"), options)
+    for graph in sorted(model.glob("*.onnx")):
+        session = onnxruntime.InferenceSession(str(graph), options)
         draw = np.random.default_rng(0)
         inputs = {i.name: draw.random(i.shape, dtype=np.float32) for i in session.get_inputs()}
         # Bound once, so that no call converts anything.
@@ -160,7 +182,7 @@ def run_onnxruntime(model):
             started = time.perf_counter()
             session.run_with_iobinding(binding)
             times.append(time.perf_counter() - started)
-        print(f"{graph} {1e6 * statistics.median(times):.2f}")
+        print(f"{graph.stem} {1e6 * statistics.median(times):.2f}")
 
 
 def lines(command, threads):
@@ -169,7 +191,8 @@ def lines(command, threads):
     return {name: float(number) for name, number in (line.split() for line in out.splitlines())}
 
 
-def compare(speed, model, rounds):
+def compare(speed, model, batched, rounds):
+    write_batched(model, batched)
     ours, peers, paired = defaultdict(list), defaultdict(list), defaultdict(list)
     for turn in range(rounds):
         for threads in (1, 2):
@@ -180,11 +203,12 @@ def compare(speed, model, rounds):
             for stage, milliseconds in mine.items():
                 ours[stage, threads].append(milliseconds)
                 peers[stage, threads].append(theirs[stage])
-        mine = lines([speed, "run", str(model)], 1)
-        theirs = lines([sys.executable, __file__, "onnxruntime", str(model)], 1)
-        for graph, microseconds in mine.items():
-            ours[graph].append(microseconds)
-            peers[graph].append(theirs[graph])
+        for batch, command, graphs in ((1, "run", model), (BATCH, "run-batches", batched)):
+            mine = lines([speed, command, str(graphs)], 1)
+            theirs = lines([sys.executable, __file__, "onnxruntime", str(graphs)], 1)
+            for graph, microseconds in mine.items():
+                ours[f"{graph} | {batch}"].append(microseconds)
+                peers[f"{graph} | {batch}"].append(theirs[graph])
     for what, mine in ours.items():
         paired[what] = [a / b for a, b in zip(mine, peers[what])]
 
@@ -199,7 +223,7 @@ def compare(speed, model, rounds):
     print("| stage | threads | ours [ms a step] | PyTorch | ours / PyTorch, paired [min..max] |\n|---|---|---|---|---|")
     for what in (key for key in ours if isinstance(key, tuple)):
         row(*what)
-    print("\n| graph, batch 1 | tract [us] | onnxruntime | tract / onnxruntime, paired [min..max] |\n|---|---|---|---|")
+    print("\n| graph | batch | tract [us] | onnxruntime | tract / onnxruntime, paired [min..max] |\n|---|---|---|---|---|")
     for what in (key for key in ours if isinstance(key, str)):
         row(what)
 
@@ -210,7 +234,9 @@ if __name__ == "__main__":
             run_torch(int(threads))
         case ["onnxruntime", model]:
             run_onnxruntime(Path(model))
-        case ["compare", speed, model, rounds]:
-            compare(speed, Path(model), int(rounds))
+        case ["batched", model, folder]:
+            write_batched(Path(model), Path(folder))
+        case ["compare", speed, model, batched, rounds]:
+            compare(speed, Path(model), Path(batched), int(rounds))
         case _:
             sys.exit(__doc__)

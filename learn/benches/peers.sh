@@ -3,7 +3,7 @@
 #
 #   learn/benches/peers.sh [FOLDER [ROUNDS]]
 #
-# FOLDER (out/peers-learn) takes a virtual environment. Needs Python 3 with venv, and a quiet machine: PyTorch's threads spin while
+# FOLDER (out/peers-learn) takes a virtual environment and graphs for batches. Needs Python 3 with venv, and a quiet machine: PyTorch's threads spin while
 # they wait, so that another program costs them far more than ours.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -11,8 +11,8 @@ folder=${1:-out/peers-learn}
 mkdir -p "$folder"
 if [ ! -x "$folder/venv/bin/python" ]; then
     python3 -m venv "$folder/venv"
-    "$folder/venv/bin/pip" install --quiet torch==2.15.0 onnxruntime==1.31.1 numpy
+    "$folder/venv/bin/pip" install --quiet torch==2.15.0 onnxruntime==1.31.1 onnx==1.23.2 numpy
 fi
 cargo build --release --locked --quiet -p vantage-learn --example speed
 speed="${CARGO_TARGET_DIR:-target}/release/examples/speed"
-exec "$folder/venv/bin/python" learn/benches/peers.py compare "$speed" models/objects "${2:-5}"
+exec "$folder/venv/bin/python" learn/benches/peers.py compare "$speed" models/objects "$folder/batched" "${2:-5}"

@@ -1,7 +1,8 @@
 //! How fast the default networks train, and how fast tract runs a model's graphs: see `benches/peers.sh`.
 //!
 //! `speed train` prints a line for each stage: its name, milliseconds a step. `speed run MODEL` prints one for each graph: its
-//! name, microseconds a run. `RAYON_NUM_THREADS` sets the number of threads.
+//! name, microseconds a run. `speed run-batches FOLDER` does so for the graphs of a folder, of any batch, which the library
+//! would not run. `RAYON_NUM_THREADS` sets the number of threads.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
@@ -10,6 +11,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use tract_onnx::prelude::*;
 use vantage_dataset::{Seed, Split};
 use vantage_learn::{
     LatentGaussian, Progress, Stage, Training, TrainingDevice, TrainingSpec, ViewpointModel, train,
@@ -23,7 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["train"] => trained(),
         ["run", model] => ran(Path::new(model)),
-        _ => Err("usage: speed train | speed run MODEL".into()),
+        ["run-batches", folder] => ran_batches(Path::new(folder)),
+        _ => Err("usage: speed train | speed run MODEL | speed run-batches FOLDER".into()),
     }
 }
 
@@ -72,6 +75,25 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
     report("decoder", microseconds(|| model.predict(&latent, &x).map(drop))?);
     report("decoder_jacobian", microseconds(|| model.linearize(&latent, &x).map(drop))?);
     report("image", microseconds(|| model.reconstruct(&latent, &x).map(drop))?);
+    Ok(())
+}
+
+fn ran_batches(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let mut graphs =
+        std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    graphs.retain(|path| path.extension().is_some_and(|extension| extension == "onnx"));
+    graphs.sort();
+    for path in graphs {
+        let plan = tract_onnx::onnx().model_for_path(&path)?.into_optimized()?.into_runnable()?;
+        let inputs = plan.model().input_outlets()?.iter().map(|&outlet| {
+            let fact = plan.model().outlet_fact(outlet)?;
+            let shape = fact.shape.as_concrete().context("a graph of fixed shapes")?;
+            Ok(Tensor::from_shape(shape, &vec![0.5f32; shape.iter().product()])?.into_tvalue())
+        });
+        let inputs: TVec<TValue> = inputs.collect::<TractResult<_>>()?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        println!("{name} {:.2}", microseconds(|| plan.run(inputs.clone()).map(drop))?);
+    }
     Ok(())
 }
 

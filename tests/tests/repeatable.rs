@@ -97,3 +97,21 @@ fn two_runs_at_once_share_a_cache() {
     assert_eq!(child.wait().expect("an end").code(), Some(0));
     assert_eq!(results(&scene), files(&scene.path("other/small")));
 }
+
+#[test]
+fn scenes_that_share_a_world_and_a_cache_have_the_dataset_that_each_has_alone() {
+    let dataset = |scene: &SmallScene, folder: &str| -> String {
+        let text = fs::read_to_string(scene.path(folder).join("manifest.json")).expect("a manifest");
+        let manifest: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        manifest["dataset_hash"].as_str().expect("a hash").to_owned()
+    };
+    let alone = SmallScene::new(&[("name: small", "name: renamed")]);
+    alone.run().expect(0, &[]);
+    let first = SmallScene::new(&[]);
+    first.run().expect(0, &[]);
+    let mut second = vantage_tests::bench();
+    second.arg(alone.path("scene.yaml")).args(["--renderer", "reference", "--out"]).arg(first.path("out"));
+    Finished::of(second.arg("--cache").arg(first.path("cache"))).expect(0, &[]);
+    assert_eq!(dataset(&alone, "out/renamed"), dataset(&first, "out/renamed"));
+    assert_eq!(dataset(&alone, "out/renamed"), dataset(&first, "out/small"));
+}

@@ -85,10 +85,9 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
     let entry = pipeline.stored(&Key::new("episode", &inputs)?, |folder| {
         let mut renderer = pipeline.renderer.borrow_mut();
         let episode = simulate(scene, seed, split, renderer.as_mut(), &mut |_| {})?;
-        let provenance = BTreeMap::from([
-            ("scene".to_owned(), pipeline.file.name.clone().into()),
-            ("renderer".to_owned(), serde_json::to_value(&pipeline.renderer_info)?),
-        ]);
+        // Not the name of the scene: others of the same world take the episode from the cache, and its seal is theirs.
+        let provenance =
+            BTreeMap::from([("renderer".to_owned(), serde_json::to_value(&pipeline.renderer_info)?)]);
         write_episode(folder, &episode, provenance)?;
         Ok(())
     })?;
