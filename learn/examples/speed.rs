@@ -87,7 +87,7 @@ fn ran_batches(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
         let plan = tract_onnx::onnx().model_for_path(&path)?.into_optimized()?.into_runnable()?;
         let inputs = plan.model().input_outlets()?.iter().map(|&outlet| {
             let fact = plan.model().outlet_fact(outlet)?;
-            let shape = fact.shape.as_concrete().context("a graph of fixed shapes")?;
+            let shape = fact.shape.as_concrete().unwrap_or_default();
             Ok(Tensor::from_shape(shape, &vec![0.5f32; shape.iter().product()])?.into_tvalue())
         });
         let inputs: TVec<TValue> = inputs.collect::<TractResult<_>>()?;

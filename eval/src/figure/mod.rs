@@ -1,5 +1,6 @@
 //! Figures: SVG without fonts of its own, and PNG.
 
+pub mod calibration;
 pub mod canvas;
 pub mod contact_sheet;
 pub mod crop_table;

@@ -16,8 +16,12 @@ pub struct Calibration {
     /// The same by the Gaussian of the same covariance: `|r|^2 (v - 2) / v ~ chi^2(d)`; `None` for `v <= 2`, which has
     /// no covariance.
     pub gaussian_inside: Option<[f64; 3]>,
-    /// Of each whitened number, the share inside its 95% interval; `[d]`.
-    pub number_inside: Vec<f64>,
+    /// Of each whitened number, the shares inside the intervals that should hold [`REGIONS`]; `[d]`.
+    pub number_inside: Vec<[f64; 3]>,
+    /// Of each residual the probability of the ellipsoid by the Student t on whose surface it is, ascending.
+    pub probabilities: Vec<f64>,
+    /// The same by the Gaussian of the same covariance.
+    pub gaussian_probabilities: Option<Vec<f64>>,
     /// Variance of `|r|^2` over that of the law, 1 for residuals as claimed; `None` for `v <= 4`, where the law has
     /// none.
     pub squared_norm_variance: Option<f64>,
@@ -35,15 +39,22 @@ pub fn calibration(whitened: &[DVector<f64>], degrees_of_freedom: f64) -> Option
     let (n, numbers, v) = (whitened.len() as f64, d as f64, degrees_of_freedom);
     let gaussian = v.is_infinite();
     let squared: Vec<f64> = whitened.iter().map(DVector::norm_squared).collect();
-    let shares = |probability: &dyn Fn(f64) -> f64| {
-        let found: Vec<f64> = squared.iter().map(|&s| probability(s)).collect();
-        REGIONS.map(|region| found.iter().filter(|&&p| p <= region).count() as f64 / n)
+    let shares = |probabilities: &[f64]| {
+        REGIONS.map(|region| probabilities.partition_point(|&p| p <= region) as f64 / n)
+    };
+    let ascending = |probability: &dyn Fn(f64) -> f64| {
+        let mut found: Vec<f64> = squared.iter().map(|&s| probability(s)).collect();
+        found.sort_by(f64::total_cmp);
+        found
     };
     let within = |x: f64| {
         if gaussian { chi_squared_cdf(x * x, 1.0) } else { student_t_within(x.abs(), v) }
     };
-    let number_inside =
-        (0..d).map(|i| whitened.iter().filter(|r| within(r[i]) <= REGIONS[2]).count() as f64 / n).collect();
+    let of_number = |i: usize| {
+        let mut found: Vec<f64> = whitened.iter().map(|r| within(r[i])).collect();
+        found.sort_by(f64::total_cmp);
+        shares(&found)
+    };
     let shrink = if gaussian { 1.0 } else { (v - 2.0) / v };
     let mean = squared.iter().sum::<f64>() / n;
     let variance = squared.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n;
@@ -52,15 +63,19 @@ pub fn calibration(whitened: &[DVector<f64>], degrees_of_freedom: f64) -> Option
     } else {
         2.0 * v * v * numbers * (numbers + v - 2.0) / ((v - 2.0).powi(2) * (v - 4.0))
     };
+    let probabilities = if gaussian {
+        ascending(&|s| chi_squared_cdf(s, numbers))
+    } else {
+        ascending(&|s| fisher_f_cdf(s / numbers, numbers, v))
+    };
+    let gaussian_probabilities = (v > 2.0).then(|| ascending(&|s| chi_squared_cdf(s * shrink, numbers)));
     Some(Calibration {
         residuals: whitened.len(),
-        inside: if gaussian {
-            shares(&|s| chi_squared_cdf(s, numbers))
-        } else {
-            shares(&|s| fisher_f_cdf(s / numbers, numbers, v))
-        },
-        gaussian_inside: (v > 2.0).then(|| shares(&|s| chi_squared_cdf(s * shrink, numbers))),
-        number_inside,
+        inside: shares(&probabilities),
+        gaussian_inside: gaussian_probabilities.as_deref().map(shares),
+        number_inside: (0..d).map(of_number).collect(),
+        probabilities,
+        gaussian_probabilities,
         squared_norm_variance: (v > 4.0).then(|| variance / claimed),
     })
 }
@@ -92,7 +107,7 @@ mod tests {
         let found = calibration(&draws(6000, 8, 30, 1.0), 30.0).unwrap();
         assert!(close(found.inside, REGIONS), "{found:?}");
         assert!(found.number_inside.len() == 8);
-        assert!(found.number_inside.iter().all(|share| (share - 0.95).abs() < 0.012), "{found:?}");
+        assert!(found.number_inside.iter().all(|&shares| close(shares, REGIONS)), "{found:?}");
         assert!((found.squared_norm_variance.unwrap() - 1.0).abs() < 0.15, "{found:?}");
         let gaussian = calibration(&draws(6000, 8, 0, 1.0), f64::INFINITY).unwrap();
         assert!(close(gaussian.inside, REGIONS) && gaussian.gaussian_inside == Some(gaussian.inside));
@@ -102,7 +117,7 @@ mod tests {
     #[test]
     fn too_large_residuals_and_heavy_tails_are_seen() {
         let large = calibration(&draws(3000, 8, 12, 1.5), 12.0).unwrap();
-        assert!(large.inside[2] < 0.75 && large.number_inside[0] < 0.9, "{large:?}");
+        assert!(large.inside[2] < 0.75 && large.number_inside[0][2] < 0.9, "{large:?}");
         // Heavy tails of the right covariance: more in the middle, too few inside the Gaussian's 95%.
         let heavy = calibration(&draws(6000, 8, 5, 1.0), 5.0).unwrap();
         let as_gaussian = heavy.gaussian_inside.unwrap();

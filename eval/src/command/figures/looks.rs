@@ -2,9 +2,11 @@
 
 use super::latents::names;
 use crate::error::BenchError;
+use crate::figure::calibration::calibration_svg;
 use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::viewpoint_map::{ViewpointPanel, viewpoint_map_png};
 use crate::pipeline::Likelihood;
+use crate::score::calibration::calibration;
 use nalgebra::{DVector, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::{Crop, View, ViewSet, Viewpoint};
@@ -31,6 +33,7 @@ pub(super) struct Looks<'a> {
 struct Parts<'a> {
     /// Family and number, as titles have it.
     name: String,
+    family: &'a str,
     /// Of the even sessions: known.
     known: Vec<(&'a View, &'a LatentGaussian)>,
     /// Of the odd sessions, under other light: held out.
@@ -48,23 +51,31 @@ impl<'a> Looks<'a> {
         !self.objects().is_empty()
     }
 
-    /// The first instance of each of some families, spread over all of them, that has views of both kinds.
-    fn objects(&self) -> Vec<Parts<'_>> {
-        let mut families: Vec<&str> = Vec::new();
-        let mut all = Vec::new();
-        for ((index, instance), name) in self.set.instances.iter().enumerate().zip(names(self.set)) {
-            let own = || self.set.views.iter().zip(&self.factors).filter(|(view, _)| view.instance == index);
-            let parts = Parts {
+    /// The instances that have views of both kinds.
+    fn complete(&self) -> impl Iterator<Item = Parts<'_>> {
+        let instances = self.set.instances.iter().enumerate().zip(names(self.set));
+        let parts = instances.map(|((index, instance), name)| {
+            let own =
+                || self.set.views.iter().zip(&self.factors).filter(move |(view, _)| view.instance == index);
+            Parts {
                 name,
+                family: &instance.family,
                 known: own().filter(|(view, _)| view.session % 2 == 0).collect(),
                 held_out: own().filter(|(view, _)| view.session % 2 == 1).map(|(view, _)| view).collect(),
-            };
-            let complete = !parts.known.is_empty() && !parts.held_out.is_empty();
-            if complete && !families.contains(&instance.family.as_str()) {
-                families.push(&instance.family);
-                all.push(parts);
             }
-        }
+        });
+        parts.filter(|parts| !parts.known.is_empty() && !parts.held_out.is_empty())
+    }
+
+    /// The first of each of some families, spread over all of them.
+    fn objects(&self) -> Vec<Parts<'_>> {
+        let mut families: Vec<&str> = Vec::new();
+        let mut all: Vec<Parts<'_>> = self.complete().collect();
+        all.retain(|parts| {
+            let first = !families.contains(&parts.family);
+            families.push(parts.family);
+            first
+        });
         let (count, chosen) = (all.len(), OBJECTS.min(all.len()));
         let mut place = 0..count;
         all.retain(|_| {
@@ -72,6 +83,21 @@ impl<'a> Looks<'a> {
             (0..chosen).any(|index| index * count / chosen == place)
         });
         all
+    }
+
+    /// Whether held-out views lie as far from what the known ones predict as the noise says; `None` where the model has no answer
+    /// to any.
+    pub(super) fn calibration(&self) -> Result<Option<Vec<u8>>, BenchError> {
+        let mut residuals = Vec::new();
+        for parts in self.complete() {
+            let latent = self.fused(&parts);
+            for view in &parts.held_out {
+                let likelihood = Likelihood::new(self.model, &latent, &view.crop)?;
+                residuals.extend(likelihood.whitened_residual(&view.viewpoint));
+            }
+        }
+        let found = calibration(&residuals, self.model.noise().degrees_of_freedom);
+        Ok(found.map(|found| calibration_svg(&found)).transpose()?.map(String::into_bytes))
     }
 
     fn posterior(&self, factors: &[LatentGaussian]) -> DVector<f64> {

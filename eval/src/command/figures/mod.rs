@@ -15,8 +15,8 @@ use looks::Looks;
 use std::io::Write;
 use vantage_dataset::{Seed, Split, ViewSet};
 
-/// Draws the test instances of the scene's first seed, or those of an imported view set: their latents as t-SNE and, of models that know looks from viewpoints,
-/// predictions and likelihoods over viewpoints.
+/// Draws the test instances of the scene's first seed, or those of an imported view set: their latents as t-SNE and, of models that
+/// know looks from viewpoints, predictions, likelihoods over viewpoints, and the calibration of their noise.
 pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
@@ -42,14 +42,15 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
                     None => pipeline.progress.note("note: no predictions.png: the model has no graph image"),
                 }
                 drawn.push(("viewpoints.png", looks.viewpoints()?));
+                drawn.extend(looks.calibration()?.map(|svg| ("calibration.svg", svg)));
             } else {
                 pipeline.progress.note(
-                    "note: no predictions.png and viewpoints.png: no object has views of two sessions (views.sessions)",
+                    "note: no predictions.png, viewpoints.png and calibration.svg: no object has views of two sessions (views.sessions)",
                 );
             }
         }
         None => pipeline.progress.note(
-            "note: no predictions.png and viewpoints.png: the model does not know looks from viewpoints",
+            "note: no predictions.png, viewpoints.png and calibration.svg: the model does not know looks from viewpoints",
         ),
     }
     for (name, bytes) in drawn {

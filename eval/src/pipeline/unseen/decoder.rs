@@ -189,9 +189,10 @@ fn calibration_scores(residuals: &[DVector<f64>], degrees_of_freedom: f64) -> Sc
     if let Some([half, _, most]) = found.gaussian_inside {
         scores.extend([(Metric::GaussianInside50, half), (Metric::GaussianInside95, most)]);
     }
-    scores.extend(mean(&found.number_inside).map(|share| (Metric::NumberInside95, share)));
+    let number_inside: Vec<f64> = found.number_inside.iter().map(|&[_, _, most]| most).collect();
+    scores.extend(mean(&number_inside).map(|share| (Metric::NumberInside95, share)));
     let farthest = |a: &&f64, b: &&f64| (*a - REGIONS[2]).abs().total_cmp(&(*b - REGIONS[2]).abs());
-    let worst = found.number_inside.iter().max_by(farthest);
+    let worst = number_inside.iter().max_by(farthest);
     scores.extend(worst.map(|&share| (Metric::WorstNumberInside95, share)));
     scores.extend(found.squared_norm_variance.map(|ratio| (Metric::SquaredNormVariance, ratio)));
     scores

@@ -37,7 +37,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// `R (m(z) - m(e, x))`, `[d_m]`.
-    pub(super) fn whitened_residual(&self, viewpoint: &Viewpoint) -> Option<DVector<f64>> {
+    pub fn whitened_residual(&self, viewpoint: &Viewpoint) -> Option<DVector<f64>> {
         let predicted = self.model.predict_view(self.latent, viewpoint).ok()?;
         Some(&self.sqrt_information * (&self.measured - predicted))
     }
