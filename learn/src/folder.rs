@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use vantage_dataset::crop::{CROP_BYTES, CROP_SIDE};
+use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Crop, InstanceId};
 
 /// Bytes of the largest file read from a model folder.
@@ -169,8 +169,8 @@ pub(crate) fn widened(numbers: &[f32]) -> DVector<f64> {
 
 /// A matrix `[rows, ..]`, row-major.
 pub(crate) fn matrix(rows: usize, numbers: &[f32]) -> DMatrix<f64> {
-    let numbers_wide = numbers.iter().map(|&number| f64::from(number));
-    DMatrix::from_row_iterator(rows, numbers.len() / rows, numbers_wide)
+    let columns = numbers.len() / rows;
+    DMatrix::from_fn(rows, columns, |row, column| f64::from(numbers[row * columns + column]))
 }
 
 /// A view's factor from its mean and log variance.
@@ -180,11 +180,32 @@ pub(crate) fn factor(mean: &[f32], log_variance: &[f32]) -> LatentGaussian {
 
 /// A crop of planes `[3, 32, 32]` in `[0, 1]`.
 pub(crate) fn crop_of(planes: &[f32]) -> Crop {
-    let pixels = CROP_SIDE * CROP_SIDE;
     let mut crop = Crop::black();
-    for index in 0..CROP_BYTES {
-        let value = planes[(index % 3) * pixels + index / 3];
-        crop.0[index] = (value.clamp(0.0, 1.0) * 255.0).round() as u8;
+    for (channel, plane) in planes.chunks_exact(CROP_SIDE * CROP_SIDE).enumerate() {
+        for (pixel, &value) in crop.0.as_chunks_mut::<3>().0.iter_mut().zip(plane) {
+            pixel[channel] = rounded(value.clamp(0.0, 1.0) * 255.0);
+        }
     }
     crop
+}
+
+/// `number.round()` of a number from 0 to 255, without the call that this is on CPUs before SSE 4.1.
+fn rounded(number: f32) -> u8 {
+    let whole = number as i32;
+    (whole + i32::from(number - whole as f32 >= 0.5)) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_that_of_the_standard_library() {
+        for step in 0..=255 * 64 {
+            let number = step as f32 / 64.0;
+            for near in [number.next_down().max(0.0), number, number.next_up().min(255.0)] {
+                assert_eq!(rounded(near), near.round() as u8, "{near}");
+            }
+        }
+    }
 }

@@ -16,6 +16,8 @@ use vantage_sim::simulate;
 #[derive(Serialize)]
 struct Inputs<'a> {
     code: &'static str,
+    /// As the episode's provenance has it, which its seal covers: a scene of the same world has a seal of its own.
+    scene: &'a str,
     world: &'a WorldSpec,
     #[serde(skip_serializing_if = "MeshLibrary::is_empty")]
     meshes: &'a MeshLibrary,
@@ -73,6 +75,7 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
     let scene = &pipeline.scene;
     let inputs = Inputs {
         code: code::SIMULATED,
+        scene: &pipeline.file.name,
         world: scene.world(),
         meshes: scene.meshes(),
         fixtures: scene.fixtures(),
@@ -85,9 +88,10 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
     let entry = pipeline.stored(&Key::new("episode", &inputs)?, |folder| {
         let mut renderer = pipeline.renderer.borrow_mut();
         let episode = simulate(scene, seed, split, renderer.as_mut(), &mut |_| {})?;
-        // Not the name of the scene: others of the same world take the episode from the cache, and its seal is theirs.
-        let provenance =
-            BTreeMap::from([("renderer".to_owned(), serde_json::to_value(&pipeline.renderer_info)?)]);
+        let provenance = BTreeMap::from([
+            ("scene".to_owned(), pipeline.file.name.clone().into()),
+            ("renderer".to_owned(), serde_json::to_value(&pipeline.renderer_info)?),
+        ]);
         write_episode(folder, &episode, provenance)?;
         Ok(())
     })?;

@@ -55,9 +55,8 @@ impl Graph {
         let outputs = contained(|| self.plan.run(values)).map_err(|reason| GraphError::Refused { reason })?;
         let mut results = Vec::with_capacity(outputs.len());
         for (spec, value) in self.signature.outputs.iter().zip(outputs.iter()) {
-            let view = value.to_plain_array_view::<f32>();
-            let view = view.map_err(|error| GraphError::Refused { reason: error.to_string() })?;
-            let numbers: Vec<f32> = view.iter().copied().collect();
+            let numbers = value.try_as_plain_ram().and_then(|plain| Ok(plain.as_slice::<f32>()?.to_vec()));
+            let numbers = numbers.map_err(|error| GraphError::Refused { reason: error.to_string() })?;
             if !numbers.iter().all(|number| number.is_finite()) {
                 return Err(GraphError::NonFiniteOutput { output: spec.name.clone() });
             }
