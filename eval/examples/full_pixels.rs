@@ -1,29 +1,32 @@
-//! What the reduced measurement of IV-C leaves of the azimuth, and what it saves: all pixels of the predicted crop beside it.
+//! What the reduced measurement of IV-C leaves of the azimuth, and what it saves, beside the pixels of the predicted crop.
 //!
 //! `cargo run --release -p vantage-eval --example full_pixels -- scenes/tabletop.yaml`
 //!
 //! Of the scene's reference model and its test instances: known from the views of even sessions, asked for the azimuth of each view
-//! of an odd one. A pixel's noise is Gaussian and its own, its variance fitted on validation instances. Columns: numbers;
-//! milliseconds of a prediction, and of one with its derivative by the azimuth (by pixels a central difference); the deviation
-//! that the Fisher information promises of an azimuth, and the error, medians in degrees; the share of errors within 1.96 of
-//! the promised deviation.
+//! of an odd one. `reduced` has the model's noise, a Student t with a full covariance. `independent` and `pixels` have Gaussian
+//! noise, each number its own, its variance fitted on validation instances. Columns: numbers; milliseconds of a prediction, and of
+//! one with all derivatives (of pixels by central differences, as of any model without a Jacobian); then means over the scene's
+//! seeds with 95% intervals: the median error that the Fisher information promises of an azimuth and the one that was found, degrees;
+//! and the share of errors within 1.96 deviations of the promise; last the azimuths, those of surfaces of revolution aside.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
-use vantage_dataset::{Crop, Seed, Split, View, ViewSet, Viewpoint};
+use vantage_dataset::{Crop, Split, View, ViewSet, Viewpoint};
 use vantage_eval::cli::RendererChoice;
 use vantage_eval::pipeline::{Likelihood, Pipeline, any_model, views};
 use vantage_eval::score::azimuth_information::promised_deviation;
 use vantage_eval::score::viewpoint::{ViewpointTrial, most_likely_azimuth};
-use vantage_eval::statistics::quantile;
+use vantage_eval::statistics::{Mean, quantile};
 use vantage_learn::{LatentGaussian, Viewing};
 
-/// Half the central difference, radians: predicted crops have bytes, whose rounding a smaller one would show.
+/// Half the central difference, radians: a predicted crop has bytes, whose rounding a smaller one would show.
 const HALF_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// Deviations of a Gaussian that hold 95% of it.
+/// Deviations of a Gaussian that hold 95% of it, and half of it.
 const WITHIN: f64 = 1.96;
+const HALF: f64 = 0.6745;
 const TIMED: usize = 101;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -35,29 +38,56 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = &*viewing;
 
     let (validation, _) = views(&pipeline, Split::Validation, pipeline.file.training.seed, &mut |_| ())?;
-    let variance = pixel_variance(&asked(&validation, model)?, model)?;
-    let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
-    let (test, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
-    let queries = asked(&test, model)?;
+    let fitted = asked(&validation, model)?;
+    let measured = |query: &Query<'_>| {
+        Ok(model.measure(&query.view.crop)? - model.predict_view(&query.latent, &query.view.viewpoint)?)
+    };
+    let wrong = |query: &Query<'_>| {
+        Ok(numbers(&query.view.crop) - seen(model, &query.latent, &query.view.viewpoint)?)
+    };
+    let (of_numbers, of_pixels) = (variance(&fitted, &measured, 0.0)?, variance(&fitted, &wrong, 1.0)?);
 
-    println!("measurement  numbers  predict  with derivative  promised  error  inside");
-    let first = queries.first().ok_or("no view of an odd session")?;
-    let mut reduced = Found::default();
-    let mut pixels = Found::default();
-    for query in &queries {
-        reduced.add(query, by_measurement(query, model)?);
-        pixels.add(query, by_pixels(query, &variance, model)?);
+    let mut found: [Vec<Found>; 3] = Default::default();
+    for &seed in pipeline.file.evaluation.seeds.as_slice() {
+        let (test, _) = views(&pipeline, Split::Test, seed, &mut |_| ())?;
+        let queries = asked(&test, model)?;
+        let answers: Vec<[Answer; 3]> = queries
+            .par_iter()
+            .map(|query| {
+                let answers = || -> Result<[Answer; 3], Box<dyn Error>> {
+                    Ok([
+                        by_measurement(query, model)?,
+                        independent(query, &of_numbers, &model.measure(&query.view.crop)?, |viewpoint| {
+                            Ok(model.predict_view(&query.latent, viewpoint)?)
+                        })?,
+                        independent(query, &of_pixels, &numbers(&query.view.crop), |viewpoint| {
+                            seen(model, &query.latent, viewpoint)
+                        })?,
+                    ])
+                };
+                answers().map_err(|error| error.to_string())
+            })
+            .collect::<Result<_, String>>()?;
+        for (way, found) in found.iter_mut().enumerate() {
+            found.push(Found::of(queries.iter().zip(answers.iter().map(|answer| answer[way]))));
+        }
     }
+
+    let first = fitted.first().ok_or("no view of an odd session")?;
     let (latent, viewpoint) = (&first.latent, &first.view.viewpoint);
-    reduced.print(
-        "reduced",
-        model.noise().sqrt_information().nrows(),
-        milliseconds(|| model.predict_view(latent, viewpoint).map(drop))?,
-        milliseconds(|| model.by_azimuth(latent, viewpoint).map(drop))?,
+    let inputs = 2 * (latent.len() + viewpoint.conditioning().len());
+    let predict = milliseconds(|| model.predict_view(latent, viewpoint).map(drop))?;
+    let linearize = milliseconds(|| model.linearize(latent, &viewpoint.conditioning()).map(drop))?;
+    let look = milliseconds(|| seen(model, latent, viewpoint).map(drop))?;
+    let differences =
+        milliseconds(|| (0..inputs).try_for_each(|_| seen(model, latent, viewpoint).map(drop)))?;
+    println!(
+        "measurement  numbers  predict  derivatives  promised          found             inside            azimuths"
     );
-    let look = |turn: f64| seen(model, latent, &viewpoint.turned(turn)).map(drop);
-    let twice = || look(HALF_STEP).and_then(|()| look(-HALF_STEP));
-    pixels.print("pixels", variance.len(), milliseconds(|| look(0.0))?, milliseconds(twice)?);
+    let [reduced, independent, pixels] = found;
+    print("reduced", of_numbers.len(), [predict, linearize], &reduced);
+    print("independent", of_numbers.len(), [predict, linearize], &independent);
+    print("pixels", of_pixels.len(), [look, differences], &pixels);
     Ok(())
 }
 
@@ -103,16 +133,21 @@ fn seen(
     Ok(numbers(&crop))
 }
 
-/// Mean square of what is wrong with each predicted number of a crop; one step of a byte at least.
-fn pixel_variance(queries: &[Query<'_>], model: &dyn Viewing) -> Result<DVector<f64>, Box<dyn Error>> {
+/// Mean square of what is wrong with each predicted number, or `least`: of a byte a step, since corners of masked crops are always
+/// black.
+fn variance(
+    queries: &[Query<'_>],
+    residual: &dyn Fn(&Query<'_>) -> Result<DVector<f64>, Box<dyn Error>>,
+    least: f64,
+) -> Result<DVector<f64>, Box<dyn Error>> {
     let mut sum: Option<DVector<f64>> = None;
-    for Query { view, latent, .. } in queries {
-        let residual = numbers(&view.crop) - seen(model, latent, &view.viewpoint)?;
+    for query in queries {
+        let residual = residual(query)?;
         let square = residual.component_mul(&residual);
         sum = Some(sum.map_or_else(|| square.clone(), |sum| sum + &square));
     }
-    let sum = sum.ok_or("no validation view of an odd session")?;
-    Ok((sum / queries.len() as f64).map(|variance| variance.max(1.0)))
+    let mean = sum.ok_or("no validation view of an odd session")? / queries.len() as f64;
+    Ok(mean.map(|variance| variance.max(least)))
 }
 
 /// Promised deviation and most likely azimuth.
@@ -128,49 +163,68 @@ fn by_measurement(query: &Query<'_>, model: &dyn Viewing) -> Result<Answer, Box<
     Ok((promised, most_likely_azimuth(|azimuth| at(azimuth).unwrap_or(f64::NAN))))
 }
 
-fn by_pixels(
+/// By numbers whose noise is Gaussian and independent.
+fn independent(
     query: &Query<'_>,
     variance: &DVector<f64>,
-    model: &dyn Viewing,
+    measured: &DVector<f64>,
+    predicted: impl Fn(&Viewpoint) -> Result<DVector<f64>, Box<dyn Error>>,
 ) -> Result<Answer, Box<dyn Error>> {
-    let Query { view, latent, trial } = query;
-    let look = |turn: f64| seen(model, latent, &view.viewpoint.turned(turn));
+    let Query { view, trial, .. } = query;
+    let look = |turn: f64| predicted(&view.viewpoint.turned(turn));
     let squared = |residual: DVector<f64>| residual.component_mul(&residual).component_div(variance).sum();
     let information = squared((look(HALF_STEP)? - look(-HALF_STEP)?) / (2.0 * HALF_STEP));
-    let crop = numbers(&view.crop);
-    let at = |azimuth: f64| look(azimuth - trial.azimuth).map(|seen| -0.5 * squared(&crop - seen));
+    let at = |azimuth: f64| look(azimuth - trial.azimuth).map(|seen| -0.5 * squared(measured - seen));
     let found = most_likely_azimuth(|azimuth| at(azimuth).unwrap_or(f64::NAN));
-    Ok(((information > 0.0).then(|| 1.0 / information.sqrt()), found))
+    let promised = information > 0.0 && information.is_finite();
+    Ok((promised.then(|| 1.0 / information.sqrt()), found))
 }
 
-#[derive(Default)]
+/// Of a seed: medians in degrees, a share, and how many.
 struct Found {
-    promised: Vec<f64>,
-    errors: Vec<f64>,
-    inside: usize,
+    promised: f64,
+    error: f64,
+    inside: f64,
+    azimuths: usize,
 }
 
 impl Found {
-    /// Surfaces of revolution have no azimuth to find.
-    fn add(&mut self, query: &Query<'_>, (promised, found): Answer) {
-        let Some(error) = (ViewpointTrial { found, ..query.trial.clone() }).error() else { return };
-        let Some(promised) = promised else { return };
-        self.inside += usize::from(error <= WITHIN * promised);
-        self.promised.push(promised);
-        self.errors.push(error);
-    }
-
-    fn print(mut self, name: &str, numbers: usize, predict: f64, with_derivative: f64) {
+    /// Surfaces of revolution have no azimuth to find; no promise is one of nothing.
+    fn of<'a>(answers: impl Iterator<Item = (&'a Query<'a>, Answer)>) -> Self {
+        let (mut promised, mut errors, mut inside) = (Vec::new(), Vec::new(), 0);
+        for (query, (promise, found)) in answers {
+            let Some(error) = (ViewpointTrial { found, ..query.trial.clone() }).error() else { continue };
+            let promise = promise.unwrap_or(f64::INFINITY);
+            inside += usize::from(error <= WITHIN * promise);
+            promised.push(HALF * promise);
+            errors.push(error);
+        }
         let median = |values: &mut Vec<f64>| {
             values.sort_by(f64::total_cmp);
             quantile(values, 0.5).unwrap_or(f64::NAN).to_degrees()
         };
-        let (promised, error) = (median(&mut self.promised), median(&mut self.errors));
-        let inside = 100.0 * self.inside as f64 / self.errors.len() as f64;
-        println!(
-            "{name:11}  {numbers:7}  {predict:7.3}  {with_derivative:15.3}  {promised:8.2}  {error:5.1}  {inside:5.0}%"
-        );
+        Self {
+            promised: median(&mut promised),
+            error: median(&mut errors),
+            inside: inside as f64 / errors.len() as f64,
+            azimuths: errors.len(),
+        }
     }
+}
+
+fn print(name: &str, numbers: usize, [predict, derivatives]: [f64; 2], found: &[Found]) {
+    let mean = |of: fn(&Found) -> f64| {
+        let values: Vec<f64> = found.iter().map(of).collect();
+        Mean::of(&values).map_or_else(String::new, |mean| {
+            format!("{:6.3} +- {:6.3}", mean.mean, mean.half_width.unwrap_or(f64::NAN))
+        })
+    };
+    let (promised, error, inside) =
+        (mean(|found| found.promised), mean(|found| found.error), mean(|found| found.inside));
+    let azimuths: usize = found.iter().map(|found| found.azimuths).sum();
+    println!(
+        "{name:11}  {numbers:7}  {predict:7.3}  {derivatives:11.3}  {promised}  {error}  {inside}  {azimuths:8}"
+    );
 }
 
 /// Median of the calls.

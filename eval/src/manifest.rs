@@ -29,6 +29,9 @@ pub struct Manifest {
     pub dataset_hash: Option<String>,
     /// Hash of the model; `None` where none was used.
     pub model_hash: Option<String>,
+    /// What a reader of the scores has to know of the model; written above the tables, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub caveat: Option<String>,
     /// All seeds used.
     pub seeds: Vec<u64>,
     /// What rendered.
@@ -86,6 +89,7 @@ impl Manifest {
             scene_hash: scene_hash.to_owned(),
             dataset_hash: None,
             model_hash: None,
+            caveat: None,
             seeds: seeds.iter().map(|seed| seed.0).collect(),
             renderer: Renderer::default(),
             host: Host::this(),

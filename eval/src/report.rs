@@ -11,6 +11,9 @@ use std::path::Path;
 pub fn write(out: &OutputFolder, results: &Results, manifest: &Manifest) -> Result<(), BenchError> {
     let folder = Path::new(&results.scene);
     let mut markdown = format!("# {}\n", results.scene);
+    if let Some(caveat) = &manifest.caveat {
+        markdown += &format!("\n{caveat}\n");
+    }
     for table in &results.tables {
         markdown += &format!("\n{}", tables(table, Style::Markdown));
         out.write(folder.join(format!("{}.csv", table.name())), &csv(table)?)?;
@@ -40,7 +43,11 @@ mod tests {
         let mut reversed = runs();
         reversed.reverse();
         assert_eq!(files("a", runs()), files("b", reversed));
-        assert!(folder.path().join("a/tabletop/manifest.json").exists());
+        let manifest = Manifest { caveat: Some("Mind this.".into()), ..Manifest::new("abc", &[Seed(0)]) };
+        let out = OutputFolder::probe(&folder.path().join("c")).unwrap();
+        write(&out, &Results::new("tabletop", "abc", vec![table(runs()).unwrap()]), &manifest).unwrap();
+        let text = std::fs::read_to_string(folder.path().join("c/tabletop/tables.md")).unwrap();
+        assert!(text.starts_with("# tabletop\n\nMind this.\n\n"), "{text}");
         assert_eq!(Results::read(&folder.path().join("a/tabletop")).unwrap().tables.len(), 1);
     }
 }

@@ -9,10 +9,8 @@ set -eu
 cd "$(dirname "$0")/../.."
 folder=${1:-out/peers-learn}
 mkdir -p "$folder"
-if [ ! -x "$folder/venv/bin/python" ]; then
-    python3 -m venv "$folder/venv"
-    "$folder/venv/bin/pip" install --quiet torch==2.15.0 onnxruntime==1.31.1 onnx==1.23.2 numpy
-fi
+[ -x "$folder/venv/bin/python" ] || python3 -m venv "$folder/venv"
+"$folder/venv/bin/pip" install --quiet torch==2.15.0 onnxruntime==1.31.1 onnx==1.23.2 numpy
 cargo build --release --locked --quiet -p vantage-learn --example speed
 speed="${CARGO_TARGET_DIR:-target}/release/examples/speed"
 exec "$folder/venv/bin/python" learn/benches/peers.py compare "$speed" models/objects "$folder/batched" "${2:-5}"

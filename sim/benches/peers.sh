@@ -9,10 +9,8 @@ set -eu
 cd "$(dirname "$0")/../.."
 folder=${1:-out/peers}
 mkdir -p "$folder"
-if [ ! -x "$folder/venv/bin/python" ]; then
-    python3 -m venv "$folder/venv"
-    "$folder/venv/bin/pip" install --quiet mujoco==4.0.0 pybullet==3.2.7 numpy pillow
-fi
+[ -x "$folder/venv/bin/python" ] || python3 -m venv "$folder/venv"
+"$folder/venv/bin/pip" install --quiet mujoco==4.0.0 pybullet==3.2.7 numpy pillow
 cargo build --release --locked --quiet -p vantage-sim --example render_rate
 rate="${CARGO_TARGET_DIR:-target}/release/examples/render_rate"
 "$rate" export "$folder/scene"

@@ -7,8 +7,8 @@ use crate::exit::Exit;
 use crate::manifest::{Manifest, Renderer};
 use crate::output::OutputFolder;
 use crate::pipeline::{
-    Answer, EpisodeFolder, PANICKED, Pipeline, Subject, Unseen, episodes, estimates, model, test_views,
-    unseen,
+    Answer, EpisodeFolder, PANICKED, Pipeline, Subject, Unseen, caveat, episodes, estimates, model,
+    test_views, unseen,
 };
 use crate::progress::Progress;
 use crate::render::{self, Style};
@@ -81,6 +81,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;
 
     manifest.model_hash = Some(loaded.hash.clone());
+    manifest.caveat = caveat(&pipeline, loaded.model.inner())?.map(|what| format!("The model {what}."));
     let made = episodes.iter().map(|(_, episode)| episode.as_ref().map_or("none", |episode| &episode.seal));
     let views = tests.iter().map(|views| views.seal.as_str()).filter(|_| episodes.is_empty());
     manifest.dataset_hash = Some(dataset_hash(seeds.iter().zip(made.chain(views))));
@@ -154,6 +155,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     pictures::write(&out, &folder, &scored)?;
     out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
     report::write(&out, &scored.results, &scored.manifest)?;
+    Progress::detect().note(&format!("written to {}", out.path().join(&folder).display()));
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());

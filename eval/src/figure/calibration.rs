@@ -33,7 +33,10 @@ pub fn calibration_svg(found: &Calibration) -> Result<String, FigureError> {
 /// The share of residuals inside the region that should hold each share.
 fn together(area: &Panel<'_, '_>, found: &Calibration) -> Drawn {
     let mut chart = ChartBuilder::on(area)
-        .caption(format!("Squared whitened residuals, {}", found.residuals), ("sans-serif", 18))
+        .caption(
+            format!("Squared whitened residuals of {} held-out views", found.residuals),
+            ("sans-serif", 18),
+        )
         .margin(10)
         .x_label_area_size(40)
         .y_label_area_size(60)
@@ -135,21 +138,39 @@ mod tests {
         assert_eq!(curves(&calibration_svg(&found(false)).unwrap()), 1);
     }
 
+    /// Points of the polylines of a figure, longest last.
+    fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
+        let points = |line: &str| {
+            let points = line.split('"').max_by_key(|part| part.matches(',').count()).unwrap();
+            let pairs = points.split_whitespace().filter_map(|point| point.split_once(','));
+            pairs.map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap())).collect()
+        };
+        let mut found: Vec<Vec<(f64, f64)>> =
+            svg.lines().filter(|line| line.starts_with("<polyline")).map(points).collect();
+        found.sort_by_key(Vec::len);
+        found
+    }
+
     #[test]
-    fn residuals_as_claimed_lie_on_the_diagonal() {
-        let svg = calibration_svg(&found(false)).unwrap();
-        let curve =
-            svg.lines().find(|l| l.starts_with("<polyline") && l.matches(',').count() > POINTS).unwrap();
-        let points = curve.split('"').find(|part| part.matches(',').count() > POINTS).unwrap();
-        let points: Vec<(f64, f64)> = points
-            .split_whitespace()
-            .map(|point| point.split_once(',').unwrap())
-            .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
-            .collect();
-        let (first, last) = (points[0], points[points.len() - 1]);
-        for (x, y) in &points {
-            let on_line = first.1 + (x - first.0) / (last.0 - first.0) * (last.1 - first.1);
-            assert!((y - on_line).abs() < 6.0, "{x} {y} {on_line}");
-        }
+    fn a_curve_is_as_far_from_the_diagonal_as_its_residuals_are_from_the_law() {
+        let largest = |found: &Calibration| {
+            let lines = polylines(&calibration_svg(found).unwrap());
+            let curve = &lines[lines.len() - 1];
+            let diagonal = lines
+                .iter()
+                .find(|line| line.len() == 2 && line[0].0 < line[1].0 && line[0].1 > line[1].1)
+                .unwrap();
+            let (from, to) = (diagonal[0], diagonal[1]);
+            let side = to.0 - from.0;
+            curve.iter().fold(0.0f64, |most, (x, y)| {
+                let share = (from.1 - y) / (from.1 - to.1);
+                most.max((share - (x - from.0) / side).abs())
+            })
+        };
+        let claimed = found(false);
+        assert!(largest(&claimed) < 0.02);
+        let squared = claimed.probabilities.iter().map(|p| p * p).collect();
+        let away = largest(&Calibration { probabilities: squared, ..claimed });
+        assert!((away - 0.25).abs() < 0.02, "sqrt(p) - p is 1/4 at most, not {away}");
     }
 }

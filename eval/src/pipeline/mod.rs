@@ -18,7 +18,7 @@ mod views;
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use estimates::{Answer, PANICKED, estimates};
-pub use model::{LoadedModel, VIEW_CONDITIONS, any_model, check_unseen, model};
+pub use model::{LoadedModel, VIEW_CONDITIONS, any_model, caveat, check_unseen, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use study::{

@@ -90,15 +90,22 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
 /// A model of any kind, with a note where its views were others than the scene's.
 fn loaded(pipeline: &Pipeline, folder: &Path) -> Result<Model, BenchError> {
     let model = Model::load(folder)?;
-    let note = |what: &str| note(pipeline, folder, what);
-    match model.manifest().training.provenance.get(VIEW_CONDITIONS) {
-        None => note("does not say what views it was trained on"),
-        Some(views) if *views != scene_file::hash(&pipeline.scene.view_conditions())? => note(
-            "was trained under other views than this scene's (families, light, camera, viewpoints or their number differ)",
-        ),
-        Some(_) => {}
+    if let Some(what) = caveat(pipeline, &model)? {
+        note(pipeline, folder, what);
     }
     Ok(model)
+}
+
+/// What a reader of a model's scores in a scene has to know: that its views were others than the scene's.
+pub fn caveat(pipeline: &Pipeline, model: &Model) -> Result<Option<&'static str>, BenchError> {
+    Ok(match model.manifest().training.provenance.get(VIEW_CONDITIONS) {
+        None => Some("does not say what views it was trained on"),
+        Some(views) if *views != scene_file::hash(&pipeline.scene.view_conditions())? => Some(
+            "was trained under other views than this scene's (families, light, camera, noise, detector, viewpoints or their \
+             number differ)",
+        ),
+        Some(_) => None,
+    })
 }
 
 fn note(pipeline: &Pipeline, folder: &Path, what: &str) {

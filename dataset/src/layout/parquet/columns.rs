@@ -63,7 +63,7 @@ pub(super) const COLUMNS: [Column; 20] = [
     Column { name: "family", meaning: "its family", kind: Kind::Text(|row| row.sample.family.clone()) },
     Column {
         name: "min_x",
-        meaning: "left edge of the visible mask, pixels",
+        meaning: "left edge of the box as detected, pixels: the visible mask's, unless the scene's detector jitters",
         kind: Kind::Number(|row| Some(row.sample.bounding_box.min.x)),
     },
     Column {
