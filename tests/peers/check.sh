@@ -4,7 +4,7 @@
 #
 #   tests/peers/check.sh [FOLDER]
 #
-# FOLDER (out/peers-check) takes a virtual environment and the data. Needs Python 3 with venv, and a network the first time.
+# FOLDER (out/peers-check) takes a virtual environment and the data. Needs Python 3 with venv, and a network the first time; builds the program.
 # Ends with 0 if all agree.
 set -eu
 cd "$(dirname "$0")/../.."
