@@ -39,13 +39,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let (validation, _) = views(&pipeline, Split::Validation, pipeline.file.training.seed, &mut |_| ())?;
     let fitted = asked(&validation, model)?;
-    let measured = |query: &Query<'_>| {
+    let measured = |query: &Query<'_>| -> Numbers {
         Ok(model.measure(&query.view.crop)? - model.predict_view(&query.latent, &query.view.viewpoint)?)
     };
-    let wrong = |query: &Query<'_>| {
+    let wrong = |query: &Query<'_>| -> Numbers {
         Ok(numbers(&query.view.crop) - seen(model, &query.latent, &query.view.viewpoint)?)
     };
-    let (of_numbers, of_pixels) = (variance(&fitted, &measured, 0.0)?, variance(&fitted, &wrong, 1.0)?);
+    let (of_numbers, of_pixels) = (variance(&fitted, measured, 0.0)?, variance(&fitted, wrong, 1.0)?);
 
     let mut found: [Vec<Found>; 3] = Default::default();
     for &seed in pipeline.file.evaluation.seeds.as_slice() {
@@ -91,6 +91,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Of a measurement or a crop.
+type Numbers = Result<DVector<f64>, Box<dyn Error>>;
+
 /// A view of an odd session, and the latent by those of the even ones.
 struct Query<'a> {
     view: &'a View,
@@ -124,22 +127,14 @@ fn numbers(crop: &Crop) -> DVector<f64> {
     DVector::from_iterator(crop.0.len(), crop.0.iter().map(|&value| f64::from(value)))
 }
 
-fn seen(
-    model: &dyn Viewing,
-    latent: &DVector<f64>,
-    viewpoint: &Viewpoint,
-) -> Result<DVector<f64>, Box<dyn Error>> {
+fn seen(model: &dyn Viewing, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Numbers {
     let crop = model.reconstruct_view(latent, viewpoint).ok_or("a model that predicts no crops")??;
     Ok(numbers(&crop))
 }
 
 /// Mean square of what is wrong with each predicted number, or `least`: of a byte a step, since corners of masked crops are always
 /// black.
-fn variance(
-    queries: &[Query<'_>],
-    residual: &dyn Fn(&Query<'_>) -> Result<DVector<f64>, Box<dyn Error>>,
-    least: f64,
-) -> Result<DVector<f64>, Box<dyn Error>> {
+fn variance(queries: &[Query<'_>], residual: impl Fn(&Query<'_>) -> Numbers, least: f64) -> Numbers {
     let mut sum: Option<DVector<f64>> = None;
     for query in queries {
         let residual = residual(query)?;
@@ -168,7 +163,7 @@ fn independent(
     query: &Query<'_>,
     variance: &DVector<f64>,
     measured: &DVector<f64>,
-    predicted: impl Fn(&Viewpoint) -> Result<DVector<f64>, Box<dyn Error>>,
+    predicted: impl Fn(&Viewpoint) -> Numbers,
 ) -> Result<Answer, Box<dyn Error>> {
     let Query { view, trial, .. } = query;
     let look = |turn: f64| predicted(&view.viewpoint.turned(turn));
