@@ -2,10 +2,9 @@
 
 peers.py compare SPEED MODEL BATCHED ROUNDS
                                       interleaved rounds on one and two threads, then tables of medians and paired ratios;
-                                      BATCHED is a folder for the graphs of larger batches
+                                      BATCHED is a folder for the graphs of batches of 64
 peers.py torch THREADS                one line a stage: its name, milliseconds a step
 peers.py onnxruntime MODEL            one line a graph: its name, microseconds a run, one thread
-peers.py batched MODEL FOLDER         the graphs of a model for batches of 64, into FOLDER
 """
 
 import math
@@ -234,8 +233,6 @@ if __name__ == "__main__":
             run_torch(int(threads))
         case ["onnxruntime", model]:
             run_onnxruntime(Path(model))
-        case ["batched", model, folder]:
-            write_batched(Path(model), Path(folder))
         case ["compare", speed, model, batched, rounds]:
             compare(speed, Path(model), Path(batched), int(rounds))
         case _:

@@ -1,6 +1,7 @@
 //! `calibration.svg`: whether residuals are as large as the model claims, together and number by number.
 
 use super::FigureError;
+use super::key::draw_key;
 use super::palette::color;
 use crate::score::calibration::{Calibration, REGIONS};
 use plotters::coord::Shift;
@@ -63,13 +64,7 @@ fn together(area: &Panel<'_, '_>, found: &Calibration) -> Drawn {
             .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .draw()?;
-    Ok(())
+    draw_key(&mut chart, SeriesLabelPosition::LowerRight)
 }
 
 /// The share of each whitened number inside its intervals.
@@ -100,13 +95,7 @@ fn number_by_number(area: &Panel<'_, '_>, found: &Calibration) -> Drawn {
             .label(format!("{:.0}%", 100.0 * region))
             .legend(move |(x, y)| Circle::new((x + 10, y), 3, style.filled()));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .draw()?;
-    Ok(())
+    draw_key(&mut chart, SeriesLabelPosition::LowerRight)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! `likelihood.svg`: how well the model knows a viewpoint: mean log-likelihood against the azimuth's offset from truth.
 
 use super::FigureError;
+use super::key::draw_key;
 use super::palette::color;
 use plotters::prelude::*;
 
@@ -57,12 +58,7 @@ fn draw(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .draw()?;
+    draw_key(&mut chart, SeriesLabelPosition::UpperRight)?;
     area.present()?;
     Ok(())
 }

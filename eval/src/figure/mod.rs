@@ -6,6 +6,7 @@ pub mod contact_sheet;
 pub mod crop_table;
 pub mod embedding_map;
 pub mod image_grid;
+mod key;
 pub mod likelihood;
 pub mod palette;
 pub mod scene_sheet;
