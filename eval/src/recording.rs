@@ -144,7 +144,7 @@ fn class(object: usize) -> ClassId {
 
 fn mesh(placement: &Placement) -> Mesh3D {
     let mesh = &placement.model.mesh;
-    let texels = &placement.model.texture.levels[0];
+    let texels = placement.model.texture.level(0);
     let side = texels.len().isqrt() as u32;
     let rgba: Vec<u8> = texels.iter().flatten().copied().collect();
     Mesh3D::new(mesh.positions.iter().copied())

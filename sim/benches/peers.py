@@ -332,22 +332,13 @@ def compare(scene, folder, binary, rounds):
     for (renderer, kind), values in sorted(rates.items()):
         print(f"| {renderer} | {kind} | {spread(values, 0)} |")
 
-    best = {
-        (peer, "crops"): max(
-            (values for (renderer, kind), values in rates.items() if renderer == peer and "crops" in kind),
-            key=statistics.median,
-        )
-        for peer in ("mujoco", "pybullet")
-    }
-    best["mujoco", "frames"] = rates["mujoco", "frames"]
-    best["pybullet", "frames"] = rates["pybullet", "frames"]
-    print("\n| pictures | ours / peer's best | paired ratio [min..max] |\n|---|---|---|")
-    for kind in ("frames", "crops"):
-        for ours in ("wgpu", "reference"):
-            for peer in ("mujoco", "pybullet"):
-                pairs = [a / b for a, b in zip(rates.get((ours, kind), []), best[peer, kind])]
+    print("\n| pictures | ours / peer's | paired ratio [min..max] |\n|---|---|---|")
+    for ours, pictures in (("wgpu", "frames"), ("reference", "frames"), ("wgpu", "crops"), ("reference", "crops")):
+        for (peer, kind), values in rates.items():
+            if peer in ("mujoco", "pybullet") and (kind == pictures or pictures == "crops" and "crops" in kind):
+                pairs = [a / b for a, b in zip(rates.get((ours, pictures), []), values)]
                 if pairs:
-                    print(f"| {kind} | {ours} / {peer} | {spread(pairs, 2)} |")
+                    print(f"| {pictures} | {ours} / {peer} {kind} | {spread(pairs, 2)} |")
 
 
 def spread(values, digits):

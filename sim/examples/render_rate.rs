@@ -107,8 +107,8 @@ impl Task {
         for (index, placement) in self.scene.placements.iter().enumerate() {
             let model = &placement.model;
             fs::write(folder.join(format!("{index}.obj")), wavefront(model)?)?;
-            let side = model.texture.levels[0].len().isqrt() as u32;
-            image::RgbaImage::from_raw(side, side, model.texture.levels[0].as_flattened().to_vec())
+            let side = model.texture.side() as u32;
+            image::RgbaImage::from_raw(side, side, model.texture.level(0).as_flattened().to_vec())
                 .ok_or("a texture is square")?
                 .save(folder.join(format!("{index}.png")))?;
             let pose = &placement.world_from_model;

@@ -142,7 +142,7 @@ fn split_of(name: &str) -> Split {
 
 fn bytes(object: &Object) -> usize {
     let mesh = &object.model.mesh;
-    let texels: usize = object.model.texture.levels.iter().map(Vec::len).sum();
+    let texels = object.model.texture.texels().len();
     32 * mesh.positions.len() + 12 * mesh.triangles.len() + 4 * texels
 }
 

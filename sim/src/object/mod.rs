@@ -112,7 +112,7 @@ fn identity(family: &str, mesh: &Mesh, texture: &Texture) -> InstanceId {
     hasher.update(bytemuck::cast_slice(&mesh.normals));
     hasher.update(bytemuck::cast_slice(&mesh.uvs));
     hasher.update(bytemuck::cast_slice(&mesh.triangles));
-    hasher.update(bytemuck::cast_slice(&texture.levels[0]));
+    hasher.update(bytemuck::cast_slice(texture.level(0)));
     let mut bytes = [0; 8];
     bytes.copy_from_slice(&hasher.finalize().as_bytes()[..8]);
     InstanceId(u64::from_le_bytes(bytes))

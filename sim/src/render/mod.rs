@@ -10,6 +10,7 @@
 
 mod bounds;
 pub mod choice;
+mod memory;
 mod projection;
 pub mod reference;
 pub mod wgpu;

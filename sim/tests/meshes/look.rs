@@ -29,9 +29,9 @@ fn volume(mesh: &Mesh) -> f64 {
 
 /// The finest texel at texture coordinates.
 fn texel(model: &Model, uv: [f64; 2]) -> [u8; 3] {
-    let side = (model.texture.levels[0].len() as f64).sqrt();
+    let side = model.texture.side() as f64;
     let [x, y] = uv.map(|t| (t * side) as usize);
-    let [r, g, b, _] = model.texture.levels[0][y * side as usize + x];
+    let [r, g, b, _] = model.texture.level(0)[y * side as usize + x];
     [r, g, b]
 }
 
@@ -321,7 +321,7 @@ fn fine_images_are_averaged_not_picked_from() {
     let checkers = RgbImage::from_fn(2048, 2048, |x, y| Rgb([if (x + y) % 2 == 0 { 255 } else { 0 }; 3]));
     checkers.save(folder.path().join("flag.png")).unwrap();
     let object = load(folder.path().join("cube.obj")).object;
-    for (i, [r, _, _, _]) in object.model.texture.levels[0].iter().enumerate() {
+    for (i, [r, _, _, _]) in object.model.texture.level(0).iter().enumerate() {
         assert!((126..=129).contains(r), "texel {i} is {r}");
     }
 }
@@ -344,7 +344,7 @@ fn what_no_triangle_shows_does_not_bleed_into_what_one_does() {
     let vertices = text.split("vt ").next().unwrap();
     let path = write(folder.path(), "cube.obj", &format!("{vertices}{corners}usemtl skin\n{triangles}"));
     let object = load(path).object;
-    for (level, texels) in object.model.texture.levels.iter().enumerate() {
+    for (level, texels) in object.model.texture.levels().enumerate() {
         for [r, g, b, _] in texels {
             assert_eq!([*r, *g, *b], [250, 250, 0], "level {level}");
         }

@@ -107,7 +107,7 @@ fn look_alikes_are_one_category_and_other_instances() {
     assert!(objects.iter().all(|object| object.family == objects[0].family));
     let ids: std::collections::BTreeSet<_> = objects.iter().map(|object| object.id).collect();
     assert_eq!(ids.len(), objects.len());
-    let (a, b) = (&objects[0].model.texture.levels[0], &objects[1].model.texture.levels[0]);
+    let (a, b) = (objects[0].model.texture.level(0), objects[1].model.texture.level(0));
     let texels = a.iter().flatten().zip(b.iter().flatten());
     let apart = texels.map(|(a, b)| a.abs_diff(*b)).max().unwrap();
     assert!((1..=16).contains(&apart), "{apart} levels");

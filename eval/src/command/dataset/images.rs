@@ -88,7 +88,7 @@ impl Format for Images {
 
 fn model(object: &Object, licence: Option<&String>) -> ObjectModel {
     let mesh = &object.model.mesh;
-    let texels = &object.model.texture.levels[0];
+    let texels = object.model.texture.level(0);
     let side = texels.len().isqrt() as u32;
     ObjectModel {
         positions: mesh.positions.clone(),

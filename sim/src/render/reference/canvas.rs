@@ -1,7 +1,8 @@
 //! What has been drawn so far: the nearest triangle of each pixel.
 
+use super::candidates::Candidates;
 use super::clip::{ClipCorner, clip};
-use super::raster::{Corner, Facet, Outline, SmallEdges};
+use super::raster::{Corner, Facet, Outline, Plane, PlaneRow, Slopes, SmallEdges};
 use super::view::{Vertex, View, outside};
 use crate::mesh::Mesh;
 
@@ -20,6 +21,7 @@ pub(super) struct Canvas {
     nearest: Vec<u32>,
     pub facets: Vec<Facet>,
     vertices: Vec<Vertex>,
+    candidates: Candidates,
 }
 
 impl Canvas {
@@ -52,23 +54,23 @@ impl Canvas {
     #[inline(always)]
     pub fn draw(&mut self, view: &View, mesh: &Mesh, placement: u32) {
         view.project(&mesh.positions, &mut self.vertices);
-        for triangle in &mesh.triangles {
-            let indices = triangle.map(|index| index as usize);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        for &number in candidates.find(&mesh.triangles, &self.vertices, [self.width, self.height]) {
+            let indices = mesh.triangles[number as usize].map(|index| index as usize);
             let vertices = indices.map(|index| self.vertices[index]);
             let [a, b, c] = vertices.map(|vertex| vertex.outside);
-            if a & b & c & !outside::GUARD != 0 {
-                continue;
-            }
             if (a | b | c) & (outside::NEAR | outside::GUARD) == 0 {
                 let corners = vertices.map(|vertex| [vertex.x, vertex.y]);
                 let Some(outline) = Outline::new(corners, self.width, self.height) else { continue };
-                let corners = std::array::from_fn(|i| Corner {
-                    x: vertices[i].x,
-                    y: vertices[i].y,
-                    inverse_depth: vertices[i].inverse_depth,
-                    varyings: varyings(view, mesh, indices[i]),
-                });
-                self.fill(&outline, &corners, placement);
+                let corners =
+                    vertices.map(|Vertex { x, y, inverse_depth, .. }| Corner { x, y, inverse_depth });
+                self.fill(
+                    &outline,
+                    &corners,
+                    placement,
+                    #[inline(always)]
+                    || indices.map(|index| varyings(view, mesh, index)),
+                );
                 continue;
             }
             let polygon = clip(indices.map(|index| ClipCorner {
@@ -76,59 +78,65 @@ impl Canvas {
                 varyings: varyings(view, mesh, index).map(f64::from),
             }));
             for i in 2..polygon.len() {
-                let corners = [polygon[0], polygon[i - 1], polygon[i]];
+                let triangle = [polygon[0], polygon[i - 1], polygon[i]];
+                let corners = triangle.map(|(corner, _)| corner);
                 let positions = corners.map(|corner| [corner.x, corner.y]);
                 if let Some(outline) = Outline::new(positions, self.width, self.height) {
-                    self.fill(&outline, &corners, placement);
+                    self.fill(
+                        &outline,
+                        &corners,
+                        placement,
+                        #[inline(always)]
+                        || triangle.map(|(_, varyings)| varyings),
+                    );
                 }
             }
         }
+        self.candidates = candidates;
     }
 
     #[inline(always)]
-    fn fill(&mut self, outline: &Outline, corners: &[Corner; 3], placement: u32) {
-        let facet = Facet::new(outline, corners, placement);
+    fn fill(
+        &mut self,
+        outline: &Outline,
+        corners: &[Corner; 3],
+        placement: u32,
+        varyings: impl FnOnce() -> [[f32; 3]; 3],
+    ) {
+        let slopes = Slopes::new(outline, corners);
+        let inverse_depth = slopes.plane(corners.each_ref().map(|corner| f64::from(corner.inverse_depth)));
         let number = self.facets.len() as u32;
         let seen = match outline.small() {
-            Some(edges) => self.fill_small(outline, edges, &facet, number),
-            None => self.fill_spans(outline, &facet, number),
+            Some(edges) => self.fill_small(outline, edges, &inverse_depth, number),
+            None => self.fill_spans(outline, &inverse_depth, number),
         };
         if seen {
-            self.facets.push(facet);
+            let varyings = slopes.planes(corners, varyings());
+            self.facets.push(Facet {
+                left: outline.left,
+                top: outline.top,
+                placement,
+                inverse_depth,
+                varyings,
+            });
         }
     }
 
-    /// Draws a stride of pixels at a time; whether any was nearest.
+    /// Draws strides of pixels; whether any was nearest.
     #[inline(always)]
-    fn fill_small(&mut self, outline: &Outline, edges: SmallEdges, facet: &Facet, number: u32) -> bool {
+    fn fill_small(&mut self, outline: &Outline, edges: SmallEdges, plane: &Plane, number: u32) -> bool {
+        let width = outline.right - outline.left;
         let mut seen = false;
-        for row in 0..outline.bottom - outline.top {
-            let plane = facet.inverse_depth.row(row);
-            let first = self.index(outline.top + row, outline.left);
-            for left in (0..outline.right - outline.left).step_by(STRIDE) {
-                let start = first + left as usize;
-                let pixels = (
-                    self.inverse_depth[start..].first_chunk_mut::<STRIDE>(),
-                    self.nearest[start..].first_chunk_mut::<STRIDE>(),
-                );
-                let (Some(depths), Some(numbers)) = pixels else { break };
-                // Masks of bits instead of conditions, of which the compiler would make jumps.
-                let mut nearer = [0; STRIDE];
-                let mut inverse_depth = [0; STRIDE];
-                for i in 0..STRIDE {
-                    let column = left + i as i32;
-                    let candidate = plane.at(column);
-                    let in_box = (column - (outline.right - outline.left)) >> 31;
-                    let in_front = -i32::from(candidate > depths[i]);
-                    nearer[i] = (edges.inside(row, column) & in_box & in_front) as u32;
-                    inverse_depth[i] = candidate.to_bits();
+        for left in (0..width).step_by(STRIDE) {
+            let edges = edges.at::<STRIDE>(left);
+            for row in 0..outline.bottom - outline.top {
+                let start = self.index(outline.top + row, outline.left + left);
+                let plane = plane.row(row);
+                let mut inside = [0; STRIDE];
+                for (i, inside) in inside.iter_mut().enumerate() {
+                    *inside = edges.inside(row, i) & ((left + i as i32 - width) >> 31);
                 }
-                for i in 0..STRIDE {
-                    let kept = depths[i].to_bits() & !nearer[i];
-                    depths[i] = f32::from_bits((inverse_depth[i] & nearer[i]) | kept);
-                    numbers[i] = (number & nearer[i]) | (numbers[i] & !nearer[i]);
-                }
-                seen |= nearer != [0; STRIDE];
+                seen |= self.plot(start, inside, plane, left, number);
             }
         }
         seen
@@ -136,26 +144,54 @@ impl Canvas {
 
     /// Draws row by row; whether any pixel was nearest.
     #[inline(always)]
-    fn fill_spans(&mut self, outline: &Outline, facet: &Facet, number: u32) -> bool {
+    fn fill_spans(&mut self, outline: &Outline, plane: &Plane, number: u32) -> bool {
         let mut seen = false;
+        let crossing = outline.crossing();
         for row in 0..outline.bottom - outline.top {
-            let columns = outline.span(row);
-            if columns.is_empty() {
-                continue;
-            }
-            let start = self.index(outline.top + row, outline.left + columns.start);
-            let plane = facet.inverse_depth.row(row);
-            let depths = &mut self.inverse_depth[start..start + columns.len()];
-            let numbers = &mut self.nearest[start..start + columns.len()];
-            for ((column, depth), nearest) in columns.zip(depths).zip(numbers) {
-                let inverse_depth = plane.at(column);
-                let nearer = inverse_depth > *depth;
-                *depth = if nearer { inverse_depth } else { *depth };
-                *nearest = if nearer { number } else { *nearest };
-                seen |= nearer;
+            let columns = outline.span(crossing, row);
+            let plane = plane.row(row);
+            for left in columns.clone().step_by(STRIDE) {
+                let start = self.index(outline.top + row, outline.left + left);
+                let mut inside = [0; STRIDE];
+                for (i, inside) in inside.iter_mut().enumerate() {
+                    *inside = (left + i as i32 - columns.end) >> 31;
+                }
+                seen |= self.plot(start, inside, plane, left, number);
             }
         }
         seen
+    }
+
+    /// Draws to a stride of pixels, those that are `inside` (all bits or none) and farther away; whether there was any.
+    #[inline(always)]
+    fn plot(
+        &mut self,
+        start: usize,
+        inside: [i32; STRIDE],
+        plane: PlaneRow,
+        first: i32,
+        number: u32,
+    ) -> bool {
+        let pixels = (
+            self.inverse_depth[start..].first_chunk_mut::<STRIDE>(),
+            self.nearest[start..].first_chunk_mut::<STRIDE>(),
+        );
+        let (Some(depths), Some(numbers)) = pixels else { return false };
+        // Copies, and masks of bits instead of conditions: else the compiler does one pixel after the other.
+        let (mut new_depths, mut new_numbers) = (*depths, *numbers);
+        let mut nearer = [0; STRIDE];
+        for i in 0..STRIDE {
+            let candidate = plane.at(first + i as i32);
+            nearer[i] = (inside[i] & -i32::from(candidate > new_depths[i])) as u32;
+            let kept = new_depths[i].to_bits() & !nearer[i];
+            new_depths[i] = f32::from_bits((candidate.to_bits() & nearer[i]) | kept);
+        }
+        for i in 0..STRIDE {
+            new_numbers[i] = (number & nearer[i]) | (new_numbers[i] & !nearer[i]);
+        }
+        *depths = new_depths;
+        *numbers = new_numbers;
+        nearer != [0; STRIDE]
     }
 
     fn index(&self, row: i32, column: i32) -> usize {

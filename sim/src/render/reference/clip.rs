@@ -14,7 +14,8 @@ pub(super) struct ClipCorner {
 }
 
 /// The part of a triangle, projected, that lies behind the near plane and inside the guard band: a convex polygon, maybe empty.
-pub(super) fn clip(triangle: [ClipCorner; 3]) -> Vec<Corner> {
+/// Corners come with their varyings.
+pub(super) fn clip(triangle: [ClipCorner; 3]) -> Vec<(Corner, [f32; 3])> {
     let insides: [fn(&[f64; 3]) -> f64; 5] = [
         |p| p[2] - NEAR,
         |p| p[0] + GUARD * p[2],
@@ -45,13 +46,9 @@ fn between(a: &ClipCorner, b: &ClipCorner, t: f64) -> ClipCorner {
     ClipCorner { position: mix(a.position, b.position), varyings: mix(a.varyings, b.varyings) }
 }
 
-fn project(corner: &ClipCorner) -> Corner {
+fn project(corner: &ClipCorner) -> (Corner, [f32; 3]) {
     let [x, y, z] = corner.position;
     let inverse = 1.0 / z;
-    Corner {
-        x: snap(x * inverse),
-        y: snap(y * inverse),
-        inverse_depth: inverse as f32,
-        varyings: corner.varyings.map(|varying| varying as f32),
-    }
+    let projected = Corner { x: snap(x * inverse), y: snap(y * inverse), inverse_depth: inverse as f32 };
+    (projected, corner.varyings.map(|varying| varying as f32))
 }

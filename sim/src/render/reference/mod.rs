@@ -4,15 +4,18 @@
 //! IEEE addition, multiplication, division and square root in a fixed order; the transfer curve comes from a table that the
 //! portable `libm` fills. Triangles write only their depth and number; each pixel is then shaded once.
 
+mod candidates;
 mod canvas;
 mod clip;
 mod raster;
+mod runs;
 mod shade;
 mod tables;
 mod view;
 mod widest;
 
 use super::bounds::Frustum;
+use super::memory::keep_freed_memory;
 use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
@@ -24,15 +27,24 @@ use widest::widest;
 const BAND: usize = 16;
 
 /// The reference renderer.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct ReferenceRenderer {
     canvas: Canvas,
 }
 
 impl ReferenceRenderer {
     /// A renderer; it needs nothing of the machine.
+    ///
+    /// The whole process keeps more of the memory that it frees: some tens of megabytes.
     pub fn new() -> Self {
-        Self::default()
+        keep_freed_memory();
+        Self { canvas: Canvas::default() }
+    }
+}
+
+impl Default for ReferenceRenderer {
+    fn default() -> Self {
+        Self::new()
     }
 }
 

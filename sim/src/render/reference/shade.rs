@@ -5,14 +5,15 @@
 use super::super::{Light, NO_OBJECT, RenderScene};
 use super::canvas::NO_FACET;
 use super::raster::Facet;
+use super::runs::{Run, Runs};
 use super::tables::{TABLES, TOE, Tables, round_small};
-use std::ops::Range;
+use crate::texture::first_texel;
 
 /// Steps of a texel.
 const STEPS: i32 = 256;
 
 /// Pixels of a row that are shaded together.
-const BATCH: usize = 32;
+pub(super) const BATCH: usize = 32;
 
 /// Pixels that a run's constants are stored for at once.
 const STRIDE: usize = 8;
@@ -30,6 +31,7 @@ pub(super) struct Shader<'a> {
 /// Where a facet's pixels begin, and what changes over them.
 #[derive(Debug)]
 struct Planes {
+    id: Lanes<u32>,
     /// Column, counted from the facet's first.
     column: Lanes<i32>,
     /// u, v and `n . l`, each over depth, at the facet's first column.
@@ -47,19 +49,12 @@ struct Planes {
 /// What is sampled.
 #[derive(Debug)]
 struct Taps {
-    level: [i32; BATCH],
-    /// Of the top left, top right, bottom left and bottom right texel in their level.
+    /// Of the top left, top right, bottom left and bottom right texel, among those of all levels.
     indices: [[u32; BATCH]; 4],
     /// Likewise, in [`STEPS`].
     weights: [[u32; BATCH]; 4],
     texels: [[u32; BATCH]; 4],
     incidence: [f32; BATCH],
-}
-
-/// Consecutive pixels of a batch on one facet.
-struct Run {
-    columns: Range<usize>,
-    facet: u32,
 }
 
 impl<'a> Shader<'a> {
@@ -80,14 +75,17 @@ impl<'a> Shader<'a> {
         let inputs = nearest.chunks(BATCH).zip(inverse_depth.chunks(BATCH));
         let outputs = rgb.chunks_mut(BATCH).zip(ids.chunks_mut(BATCH));
         for ((first, (nearest, inverse_depth)), (rgb, ids)) in (0..).step_by(BATCH).zip(inputs).zip(outputs) {
-            batch.inverse_depth[..nearest.len()].copy_from_slice(inverse_depth);
-            let drawn = self.planes(&mut batch.planes, facets, [first, row], nearest, ids);
-            if !drawn {
+            let runs = Runs::of(nearest);
+            if runs.all_empty() {
+                ids.fill(NO_OBJECT);
                 rgb.fill(self.scene.background);
                 continue;
             }
+            batch.inverse_depth[..nearest.len()].copy_from_slice(inverse_depth);
+            self.planes(&mut batch.planes, facets, [first, row], runs);
+            ids.copy_from_slice(&batch.planes.id[..ids.len()]);
             batch.locate();
-            self.fetch(&mut batch.taps, facets, nearest);
+            self.fetch(&mut batch.taps, facets, runs);
             self.light(batch);
             for ((pixel, &shaded), &facet) in rgb.iter_mut().zip(&batch.rgb).zip(nearest) {
                 let [r, g, b, _] = shaded.to_le_bytes();
@@ -96,32 +94,26 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// What the facets are, and the ids; false if there is none.
+    /// What the facets are.
     #[inline(always)]
-    fn planes(
-        &self,
-        planes: &mut Planes,
-        facets: &[Facet],
-        [first, row]: [i32; 2],
-        nearest: &[u32],
-        ids: &mut [u32],
-    ) -> bool {
-        let mut drawn = false;
-        for Run { columns, facet } in runs(nearest) {
+    fn planes(&self, planes: &mut Planes, facets: &[Facet], [first, row]: [i32; 2], runs: Runs<'_>) {
+        for Run { columns, facet } in runs {
             if facet == NO_FACET {
-                ids[columns].fill(NO_OBJECT);
+                for start in columns.step_by(STRIDE) {
+                    planes.id[start..start + STRIDE].fill(NO_OBJECT);
+                }
                 continue;
             }
-            drawn = true;
-            let facet = &facets[facet as usize];
+            let facet = facets[facet as usize];
             let placement = &self.scene.placements[facet.placement as usize];
-            ids[columns.clone()].fill(placement.id);
+            let left = first - facet.left;
             let rows = facet.varyings.map(|varying| varying.row(row - facet.top));
-            let coarsest = placement.model.texture.side().ilog2() as i32;
+            let coarsest = placement.model.texture.coarsest() as i32;
             for start in columns.step_by(STRIDE) {
                 let span = start..start + STRIDE;
+                planes.id[span.clone()].fill(placement.id);
                 for (i, column) in planes.column[span.clone()].iter_mut().enumerate() {
-                    *column = first - facet.left + (start + i) as i32;
+                    *column = left + (start + i) as i32;
                 }
                 for (i, row) in rows.iter().enumerate() {
                     planes.varyings[i][span.clone()].fill(row.value);
@@ -135,19 +127,18 @@ impl<'a> Shader<'a> {
                 planes.coarsest[span].fill(coarsest);
             }
         }
-        drawn
     }
 
     #[inline(always)]
-    fn fetch(&self, taps: &mut Taps, facets: &[Facet], nearest: &[u32]) {
-        for Run { columns, facet } in runs(nearest).filter(|run| run.facet != NO_FACET) {
+    fn fetch(&self, taps: &mut Taps, facets: &[Facet], runs: Runs<'_>) {
+        for Run { columns, facet } in runs.filter(|run| run.facet != NO_FACET) {
             let placement = facets[facet as usize].placement as usize;
-            let levels = &self.scene.placements[placement].model.texture.levels;
-            for i in columns {
-                let texels = &levels[taps.level[i] as usize];
-                for tap in 0..4 {
-                    taps.texels[tap][i] = u32::from_le_bytes(texels[taps.indices[tap][i] as usize]);
-                }
+            let texels = self.scene.placements[placement].model.texture.texels();
+            let [a, b, c, d] = taps.texels.each_mut().map(|taken| &mut taken[columns.clone()]);
+            let [at_a, at_b, at_c, at_d] = taps.indices.each_ref().map(|indices| &indices[columns.clone()]);
+            let texel = |index: u32| u32::from_le_bytes(texels[index as usize]);
+            for i in 0..columns.len() {
+                (a[i], b[i], c[i], d[i]) = (texel(at_a[i]), texel(at_b[i]), texel(at_c[i]), texel(at_d[i]));
             }
         }
     }
@@ -202,6 +193,7 @@ impl Default for Batch {
         Self {
             inverse_depth: [0.0; BATCH],
             planes: Planes {
+                id: [NO_OBJECT; BATCH + STRIDE],
                 column: [0; BATCH + STRIDE],
                 varyings: [zeros; 3],
                 per_column: [zeros; 3],
@@ -210,7 +202,6 @@ impl Default for Batch {
                 coarsest: [0; BATCH + STRIDE],
             },
             taps: Taps {
-                level: [0; BATCH],
                 indices: [[0; BATCH]; 4],
                 weights: [[0; BATCH]; 4],
                 texels: [[0; BATCH]; 4],
@@ -256,10 +247,11 @@ impl Batch {
             let shift = (coarsest - level) & 31;
             let last = (1 << shift) - 1;
             let (left, right) = ((x >> 8) & last, ((x >> 8) + 1) & last);
-            let (top, bottom) = (((y >> 8) & last) << shift, (((y >> 8) + 1) & last) << shift);
+            let first = first_texel(shift as u32) as i32;
+            let (top, bottom) =
+                (first + (((y >> 8) & last) << shift), first + ((((y >> 8) + 1) & last) << shift));
             let (fx, fy) = ((x & 255) as u32, (y & 255) as u32);
             let both = (fx * fy) >> 8;
-            taps.level[i] = level;
             taps.indices[0][i] = (top + left) as u32;
             taps.indices[1][i] = (top + right) as u32;
             taps.indices[2][i] = (bottom + left) as u32;
@@ -275,15 +267,4 @@ impl Batch {
 #[inline(always)]
 fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((exponent + 127) << 23) as u32)
-}
-
-/// The runs of a batch's pixels.
-#[inline(always)]
-fn runs(nearest: &[u32]) -> impl Iterator<Item = Run> + '_ {
-    let mut start = 0;
-    nearest.chunk_by(PartialEq::eq).map(move |run| {
-        let columns = start..start + run.len();
-        start = columns.end;
-        Run { columns, facet: run[0] }
-    })
 }

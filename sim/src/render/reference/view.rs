@@ -24,7 +24,7 @@ pub(super) mod outside {
 /// A projected vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
-    /// Position in subpixels; unset where clipping is needed.
+    /// Position in subpixels; 0 where clipping is needed.
     pub x: i32,
     /// Likewise.
     pub y: i32,
@@ -70,15 +70,18 @@ impl View {
     #[inline(always)]
     pub fn project(&self, positions: &[[f32; 3]], vertices: &mut Vec<Vertex>) {
         vertices.clear();
-        let mut batch = [[0.0; 3]; BATCH];
-        for positions in positions.chunks(BATCH) {
-            batch[..positions.len()].copy_from_slice(positions);
+        let (batches, rest) = positions.as_chunks::<BATCH>();
+        for batch in batches {
             let mut projected = [Vertex { x: 0, y: 0, inverse_depth: 0.0, outside: 0 }; BATCH];
-            for (vertex, position) in projected.iter_mut().zip(batch) {
+            for (vertex, &position) in projected.iter_mut().zip(batch) {
                 *vertex = self.vertex(position);
             }
-            vertices.extend_from_slice(&projected[..positions.len()]);
+            vertices.extend_from_slice(&projected);
         }
+        vertices.extend(rest.iter().map(
+            #[inline(always)]
+            |&position| self.vertex(position),
+        ));
     }
 
     /// Without branches, so that the compiler can do several at once.
@@ -95,7 +98,13 @@ impl View {
             | beyond(self.width.wrapping_sub(x), outside::RIGHT)
             | beyond(y, outside::TOP)
             | beyond(self.height.wrapping_sub(y), outside::BOTTOM);
-        Vertex { x, y, inverse_depth: inverse as f32, outside: if far == 0 { sides } else { far } }
+        let projected = |subpixels: i32| if far == 0 { subpixels } else { 0 };
+        Vertex {
+            x: projected(x),
+            y: projected(y),
+            inverse_depth: inverse as f32,
+            outside: if far == 0 { sides } else { far },
+        }
     }
 
     /// `n . l`.

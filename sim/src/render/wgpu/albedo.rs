@@ -42,7 +42,7 @@ impl Albedo {
         if layer == self.array.depth_or_array_layers() {
             return None;
         }
-        for (level, texels) in texture.levels.iter().enumerate() {
+        for (level, texels) in texture.levels().enumerate() {
             let side = self.array.width() >> level;
             gpu.queue.write_texture(
                 wgpu::TexelCopyTextureInfo {

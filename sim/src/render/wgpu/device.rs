@@ -1,5 +1,6 @@
 //! The graphics device.
 
+use super::super::memory::keep_freed_memory;
 use super::super::{RenderError, RendererInfo};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock};
@@ -7,8 +8,6 @@ use std::time::Duration;
 
 /// After this long a submission counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// Just below `DEFAULT_MMAP_THRESHOLD_MAX` of 64-bit glibc, 32 MiB; larger blocks leave its thresholds alone.
-const BLOCK: usize = 31 << 20;
 
 /// An opened device.
 #[derive(Debug)]
@@ -87,13 +86,6 @@ impl Gpu {
             Err(_) => Err(self.failed("device lost while waiting for it")),
         }
     }
-}
-
-/// Freeing a mapped block raises glibc's `M_MMAP_THRESHOLD` to its size, and `M_TRIM_THRESHOLD` to twice that (mallopt(3)). What
-/// lavapipe frees after every draw then stays in the process, where it would be unmapped and faulted in again, page by page. Without
-/// effect under other allocators, on 32 bits, or where the environment sets one of the thresholds.
-fn keep_freed_memory() {
-    drop(std::hint::black_box(vec![0_u8; BLOCK]));
 }
 
 async fn choose(instance: &wgpu::Instance) -> Result<wgpu::Adapter, RenderError> {

@@ -1,0 +1,11 @@
+//! Memory that rendering takes and frees again and again.
+
+/// Just below `DEFAULT_MMAP_THRESHOLD_MAX` of 64-bit glibc, 32 MiB; larger blocks leave its thresholds alone.
+const BLOCK: usize = 31 << 20;
+
+/// Freeing a mapped block raises glibc's `M_MMAP_THRESHOLD` to its size, and `M_TRIM_THRESHOLD` to twice that (mallopt(3)). What
+/// lavapipe frees after every draw, and images once used, then stay in the process, where they would be unmapped and faulted in again,
+/// page by page. Without effect under other allocators, on 32 bits, or where the environment sets one of the thresholds.
+pub(super) fn keep_freed_memory() {
+    drop(std::hint::black_box(vec![0_u8; BLOCK]));
+}
