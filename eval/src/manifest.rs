@@ -4,6 +4,7 @@
 //! and renderer are those here.
 
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -29,6 +30,9 @@ pub struct Manifest {
     pub dataset_hash: Option<String>,
     /// Hash of the model; `None` where none was used.
     pub model_hash: Option<String>,
+    /// Of a study, the hash of the model of each variant that names a folder, by the variant.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub model_hashes: BTreeMap<String, String>,
     /// What a reader of the scores has to know of the model; written above the tables, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub caveat: Option<String>,
@@ -89,6 +93,7 @@ impl Manifest {
             scene_hash: scene_hash.to_owned(),
             dataset_hash: None,
             model_hash: None,
+            model_hashes: BTreeMap::new(),
             caveat: None,
             seeds: seeds.iter().map(|seed| seed.0).collect(),
             renderer: Renderer::default(),
@@ -167,6 +172,7 @@ mod tests {
         manifest.took("simulate", Duration::from_millis(1500));
         let json: serde_json::Value = serde_json::from_str(&manifest.to_json().unwrap()).unwrap();
         assert_eq!(json["scene_hash"], "abc");
+        assert!(json.get("model_hashes").is_none(), "manifests without such variants are as they were");
         assert_eq!(json["seeds"], serde_json::json!([0, 7]));
         assert_eq!(json["seconds"], serde_json::json!([["simulate", 1.5]]));
         assert_eq!(json["lock_hash"].as_str().unwrap().len(), 64);

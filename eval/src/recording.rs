@@ -49,11 +49,14 @@ pub fn record(
     let partial = PathBuf::from(partial);
     let cannot =
         |source: Box<dyn Error + Send + Sync>| BenchError::Recording { path: path.to_owned(), source };
+    let title = format!("{name}, seed {}", rollout.seed.0);
     let recording = RecordingStreamBuilder::new("vantage")
-        .recording_id(format!("{name}, seed {}", rollout.seed.0))
+        .recording_id(title.as_str())
         .enabled(true)
         .save(&partial)
         .map_err(|error| cannot(error.into()))?;
+    // One with an id of its own is not named by the builder.
+    recording.send_recording_name(title).map_err(|error| cannot(error.into()))?;
     log_world(&recording, scene, rollout).map_err(cannot)?;
     let mut observer = Observer::new(scene, rollout);
     let landmarks = observer.landmarks().iter().map(|point| floats(point.coords.into()));

@@ -3,6 +3,7 @@
 use crate::pipeline::{MEAN_VIEW, PIXELS};
 use crate::scene_file::is_file_name;
 use garde::Validate;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
@@ -14,7 +15,7 @@ use vantage_learn::TrainingSpec;
 pub const VERSION: u32 = 1;
 
 /// A whole study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
     /// Version of the study format: 1.
@@ -48,7 +49,7 @@ pub struct StudyFile {
 }
 
 /// What models are scored on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scored {
     /// A set of test instances for each of the scene's `evaluation.seeds`.
@@ -63,7 +64,7 @@ pub enum Scored {
 }
 
 /// One way to train a model, or one that is there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
     /// Its row in the table.
@@ -133,6 +134,16 @@ impl Variant {
             _ => return Ok(()),
         };
         Err(VariantError { variant: self.name.clone(), reason })
+    }
+
+    /// Refuses a model that is there where other instances than test instances are scored: those that the study trains on itself.
+    pub fn allowed_under(&self, scored: Scored) -> Result<(), VariantError> {
+        if self.folder.is_none() || scored == Scored::Test {
+            return Ok(());
+        }
+        let reason = "folder names a finished model, which is scored on test instances alone: leave out `scored` of the study, or \
+                      train the variant";
+        Err(VariantError { variant: self.name.clone(), reason: reason.to_owned() })
     }
 
     /// The whole training, `base` but for what differs; of nested settings only those that are named.
@@ -206,6 +217,11 @@ mod tests {
         assert!(error.contains("source"), "{error}");
         assert!(study.variants[0].fits(48, 48).is_ok() && study.variants[1].fits(5, 5).is_ok());
         assert!(study.variants[0].fits(47, 48).is_err());
+        for scored in [Scored::Test, Scored::Validation, Scored::Known] {
+            assert!(study.variants.iter().all(|variant| variant.allowed_under(scored).is_ok()));
+            let there = Variant { folder: Some("there".into()), ..study.variants[0].clone() };
+            assert_eq!(there.allowed_under(scored).is_ok(), scored == Scored::Test, "{scored:?}");
+        }
         let both =
             parse::<StudyFile>(&GOOD.replace("instances: 5", "folder: there"), Path::new("x")).unwrap();
         assert!(both.variants[1].fits(9, 0).unwrap_err().to_string().contains("folder"));

@@ -89,7 +89,7 @@ impl CheckedScene {
         let fixtures: Result<Vec<Fixture>, MeshFileError> =
             spec.world.fixtures.iter().map(|fixture| Fixture::load(fixture, base)).collect();
         let fixtures = fixtures.map_err(SceneError::Fixture)?;
-        let misplaced = placement::misplaced(&spec, &fixtures);
+        let misplaced = placement::misplaced(&spec, &meshes, &fixtures);
         if !misplaced.is_empty() {
             return Err(SceneError::Placement(misplaced));
         }

@@ -1,10 +1,11 @@
-//! Objects stand: on a level surface their centre of mass lies well inside what they stand on.
+//! Objects stand: on a level surface their centre of mass lies well inside what they stand on, which has a least size.
 
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::Vector;
 use std::f64::consts::PI;
 use vantage_dataset::{Seed, Split};
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::{Family, LEAST_FOOTPRINT, Object};
+use vantage_sim::world::layout::footprint;
 
 const INSTANCES: u64 = 100;
 /// The tilt that every object bears without falling over, radians.
@@ -26,11 +27,14 @@ fn critical_tilt(object: &Object) -> f64 {
 }
 
 #[test]
-fn every_object_bears_a_tilt() {
+fn every_object_bears_a_tilt_and_is_not_smaller_than_is_counted_on() {
     for family in Family::ALL {
         for index in 0..INSTANCES {
-            let tilt = critical_tilt(&Object::generate(family, Split::Train, Seed(6), index));
+            let object = Object::generate(family, Split::Train, Seed(6), index);
+            let tilt = critical_tilt(&object);
             assert!(tilt > TILT, "{} {index} falls over at {tilt} rad", family.name());
+            let radius = footprint(&object);
+            assert!(radius > LEAST_FOOTPRINT, "{} {index} fits into {radius} m", family.name());
         }
     }
 }

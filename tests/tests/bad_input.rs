@@ -25,6 +25,12 @@ fn malformed_scenes_are_refused_with_line_and_column() {
     let wide = ", intrinsics: { fx: 300, fy: 20, cx: 160, cy: 120 }";
     refused(", horizontal_fov_deg: 60", wide, 2, &["fy gives 161"]);
     refused("objects: 3", "objects: 0", 2, &["scene.yaml:9:12"]);
+    refused(
+        "speed: 0.3",
+        "speed: 20",
+        2,
+        &["scene.yaml:22:10", "greater than 2 for `robot.speed`, expected 0.01 to 2"],
+    );
     refused("families: [mug, duck, carton, teapot]", "families: [mug, dragon]", 2, &["dragon"]);
 }
 
@@ -59,6 +65,12 @@ fn furniture_and_fixtures_that_cannot_stand_there_are_refused_with_line_and_colu
     let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
     fs::write(scene.path("box.obj"), corners + faces).expect("a mesh");
     scene.run().expect(2, &["scene.yaml:12:7: world.fixtures[1]: stands in world.fixtures[0]"]);
+    refused(
+        "objects: 3",
+        "objects: 600",
+        2,
+        &["scene.yaml:9:12: world.objects: 600 objects do not fit on the round table"],
+    );
 }
 
 #[test]

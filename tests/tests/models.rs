@@ -84,7 +84,15 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let mut figures = bench();
     figures.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
     figures.arg(scene.path("pictures")).arg("--cache").arg(scene.path("cache"));
-    Finished::of(&mut figures).expect(0, &["no predictions.png"]);
+    Finished::of(&mut figures).expect(
+        0,
+        &[
+            "one is trained first",
+            "--model",
+            "training a model of small, in 2 and 2 steps",
+            "no predictions.png",
+        ],
+    );
     assert!(scene.path("pictures/latents.png").exists());
     assert!(!scene.path("pictures/viewpoints.png").exists());
     let mut trained = fs::read_dir(scene.path("cache/entries/model")).expect("the trained model");
@@ -92,9 +100,9 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let mut command = scene.command();
     Finished::of(command.arg("--model").arg(&trained)).expect(2, &["kind embedding", "bench figures"]);
 
-    let study = |folder: &Path, more: &str| {
+    let scored_study = |scored: &str, folder: &Path, more: &str| {
         let text = format!(
-            "version: 1\nname: others\npurpose: To score it.\nscene: scene.yaml\nseeds: 2\nvariants:\n  \
+            "version: 1\nname: others\npurpose: To score it.\nscene: scene.yaml\nscored: {scored}\nseeds: 2\nvariants:\n  \
              - {{ name: mine, note: trained elsewhere, folder: {folder:?}{more} }}\n"
         );
         fs::write(scene.path("study.yaml"), text).expect("a study file");
@@ -103,11 +111,20 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
         command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
         Finished::of(&mut command)
     };
+    let study = |folder: &Path, more: &str| scored_study("test", folder, more);
+    for scored in ["validation", "known"] {
+        scored_study(scored, &trained, "")
+            .expect(2, &["variant mine", "test instances alone", "leave out `scored`"]);
+    }
     study(&trained, ", instances: 3").expect(2, &["variant mine", "folder"]);
     study(Path::new("nowhere"), "").expect(2, &["no folder", "nowhere"]);
     study(&trained, "").expect(0, &[]);
     let tables = fs::read_to_string(scene.path("out/others/tables.md")).expect("the tables");
     assert!(tables.contains("| mine ") && tables.contains("| pixels_pca64"), "{tables}");
+    let manifest = fs::read_to_string(scene.path("out/others/manifest.json")).expect("the manifest");
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    let hash = vantage_learn::Model::load(&trained).expect("the model").hash().to_owned();
+    assert_eq!(manifest["model_hashes"], serde_json::json!({ "mine": hash }));
 }
 
 #[test]

@@ -41,6 +41,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     for variant in &study.variants {
         let spec = variant.training(&pipeline.file.training.model)?;
         variant.fits(views.instances(Split::Train), scored)?;
+        variant.allowed_under(study.scored)?;
         if let Some(folder) = &variant.folder {
             let folder = beside.join(folder);
             if !folder.is_dir() {
@@ -59,6 +60,10 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let mut manifest = Manifest::new(&hash, &seeds);
     manifest.renderer = super::score::renderer(&pipeline);
     manifest.options = serde_json::to_value(args)?;
+    for (name, models) in &finished {
+        let hash = models.iter().find_map(|(_, model)| Some(model.as_ref().ok()?.model.hash().to_owned()));
+        manifest.model_hashes.extend(hash.map(|hash| ((*name).to_owned(), hash)));
+    }
 
     let started = Instant::now();
     let imported = study.views.as_ref().map(|views| beside.join(views));

@@ -12,6 +12,8 @@ const CELL: u32 = CROP_SIDE as u32 * SCALE + 4;
 const LABEL: u32 = 148;
 /// Height of a line of text, pixels.
 const TEXT: u32 = 20;
+/// Height of the captions, two lines.
+const HEAD: u32 = 2 * TEXT;
 /// Between blocks, pixels.
 const GAP: u32 = 14;
 /// Width of a letter, pixels.
@@ -22,7 +24,7 @@ const LETTER: u32 = 7;
 pub struct Block {
     /// Over the labels.
     pub name: String,
-    /// Over each column.
+    /// Over each column, up to two lines of nine letters.
     pub captions: Vec<String>,
     /// Label and crops of each row.
     pub rows: Vec<(String, Vec<Crop>)>,
@@ -32,18 +34,21 @@ pub struct Block {
 pub fn crop_table_png(blocks: &[Block]) -> Result<Vec<u8>, FigureError> {
     let columns = blocks.iter().flat_map(|block| block.rows.iter().map(|(_, crops)| crops.len())).max();
     let columns = columns.filter(|&columns| columns > 0).ok_or(FigureError::Empty { figure: FIGURE })?;
-    let height = |block: &Block| TEXT + block.rows.len() as u32 * CELL + GAP;
+    let height = |block: &Block| HEAD + block.rows.len() as u32 * CELL + GAP;
     let mut canvas = Canvas::new(left(columns as u32), GAP / 2 + blocks.iter().map(height).sum::<u32>());
     let mut top = GAP / 2;
     for block in blocks {
-        canvas.text(&block.name, (4, top as i32));
+        let first = top + HEAD;
+        canvas.text(&block.name, (4, (first - TEXT) as i32));
         for (column, caption) in block.captions.iter().enumerate() {
             let middle = left(column as u32) + (CELL - 4) / 2;
-            let half = LETTER * caption.chars().count() as u32 / 2;
-            canvas.text(caption, (middle as i32 - half as i32, top as i32));
+            for (above, line) in (1..).zip(caption.lines().rev()) {
+                let half = LETTER * line.chars().count() as u32 / 2;
+                canvas.text(line, (middle as i32 - half as i32, (first - above * TEXT) as i32));
+            }
         }
         for (row, (label, crops)) in block.rows.iter().enumerate() {
-            let top = top + TEXT + row as u32 * CELL;
+            let top = first + row as u32 * CELL;
             canvas.text(label, (4, (top + (CELL - TEXT) / 2) as i32));
             for (column, crop) in crops.iter().enumerate() {
                 canvas.crop(crop, left(column as u32), top, SCALE);
@@ -68,18 +73,25 @@ mod tests {
         grey.0.fill(100);
         let block = |rows: usize| Block {
             name: "mug".into(),
-            captions: vec!["input".into(), "+30".into()],
+            captions: vec!["input".into(), "azimuth\n-180 deg".into()],
             rows: (0..rows).map(|i| (format!("row {i}"), vec![grey.clone(), Crop::black()])).collect(),
         };
         let png = crop_table_png(&[block(1), block(2)]).unwrap();
         let sheet = image::load_from_memory(&png).unwrap().to_rgb8();
-        let first = GAP / 2 + TEXT;
-        let second = first + CELL + GAP + TEXT;
+        let first = GAP / 2 + HEAD;
+        let second = first + CELL + GAP + HEAD;
         for top in [first, second, second + CELL] {
             assert_eq!(sheet.get_pixel(LABEL, top).0, [100; 3]);
             assert_eq!(sheet.get_pixel(left(1) + 63, top + 63).0, [0; 3]);
             assert_eq!(sheet.get_pixel(LABEL + 65, top).0, [255; 3]);
         }
+        let inked = |line: u32| {
+            let dark = |x: &u32| (0..TEXT).any(|y| sheet.get_pixel(*x, GAP / 2 + line * TEXT + y).0[0] < 128);
+            (LABEL..sheet.width()).filter(dark).collect::<Vec<_>>()
+        };
+        let [upper, lower] = [inked(0), inked(1)];
+        assert!(upper.iter().all(|&x| x >= left(1)), "one line stands next to the crops");
+        assert!(upper.len() > 20 && lower.iter().any(|&x| x < left(1)) && lower.iter().any(|&x| x > left(1)));
         let empty = Block { rows: vec![("none".into(), vec![])], ..block(0) };
         assert_eq!(crop_table_png(&[empty]), Err(FigureError::Empty { figure: FIGURE }));
     }

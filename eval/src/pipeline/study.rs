@@ -81,10 +81,10 @@ impl StudyViews {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// Refuses a model that has seen what is scored. Of its own trainings the study asks for such instances where it scores others
-    /// than test instances.
+    /// Refuses a model that has seen what is scored. Where other instances than test instances are scored, all models are of the
+    /// study's own trainings, and it asks for that.
     fn check_unseen(&self, model: &VariantModel, set: &ViewSet) -> Result<(), BenchError> {
-        if self.of_seen && !model.finished {
+        if self.of_seen {
             return Ok(());
         }
         let instances = set.instances.iter().map(|instance| instance.id);
@@ -110,8 +110,6 @@ pub struct VariantModel {
     /// The model.
     pub model: Arc<Model>,
     folder: PathBuf,
-    /// Whether another training than the study's made it.
-    finished: bool,
 }
 
 /// Models by the seed of their training, or why that failed.
@@ -161,7 +159,7 @@ pub fn variant_models(
                 stored => stored?,
             };
             let model = Arc::new(Model::load(&entry.folder)?);
-            Ok((seed, Ok(VariantModel { model, folder: entry.folder, finished: false })))
+            Ok((seed, Ok(VariantModel { model, folder: entry.folder })))
         })
         .collect()
 }
@@ -174,9 +172,7 @@ pub fn finished_model(
 ) -> Result<VariantModels, BenchError> {
     let (model, folder) = any_model(pipeline, Some(folder))?;
     let model = Arc::new(model);
-    let of_seed = |&seed| {
-        (seed, Ok(VariantModel { model: Arc::clone(&model), folder: folder.clone(), finished: true }))
-    };
+    let of_seed = |&seed| (seed, Ok(VariantModel { model: Arc::clone(&model), folder: folder.clone() }));
     Ok(seeds.iter().map(of_seed).collect())
 }
 

@@ -2,6 +2,7 @@
 
 mod error;
 mod place;
+mod range;
 mod read;
 
 pub use error::SceneFileError;

@@ -15,6 +15,7 @@ struct Places {
 #[derive(Deserialize)]
 struct World {
     surface: Spanned<Surface>,
+    objects: Spanned<IgnoredAny>,
     #[serde(default)]
     fixtures: Vec<Spanned<IgnoredAny>>,
 }
@@ -34,6 +35,7 @@ pub(super) fn locate(misplaced: &[Misplaced], path: &Path) -> String {
             Part::Surface => Some(world.surface.referenced),
             Part::Piece(index) => Some(world.surface.value.furniture.get(index)?.referenced),
             Part::Fixture(index) => Some(world.fixtures.get(index)?.referenced),
+            Part::Objects => Some(world.objects.referenced),
         });
         let at = at.map(|at| format!(":{}:{}", at.line(), at.column())).unwrap_or_default();
         format!("{}{at}: {misplaced}", path.display())

@@ -1,7 +1,9 @@
 //! Text -> a checked value, or every reason why not.
 
 use super::SceneFileError;
+use super::range::Ranges;
 use garde::Validate;
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::Read;
@@ -13,7 +15,7 @@ pub const MAX_BYTES: u64 = 256 * 1024;
 /// Reads and checks a scene file of any shape `T`. No more than [`MAX_BYTES`] are ever read.
 pub fn read<T>(path: &Path) -> Result<T, SceneFileError>
 where
-    T: DeserializeOwned + Validate<Context = ()>,
+    T: DeserializeOwned + JsonSchema + Validate<Context = ()>,
 {
     parse(&text(path)?, path)
 }
@@ -39,7 +41,7 @@ pub(super) fn text(path: &Path) -> Result<String, SceneFileError> {
 /// Of the ranges, all that are violated are reported at once.
 pub fn parse<T>(text: &str, path: &Path) -> Result<T, SceneFileError>
 where
-    T: DeserializeOwned + Validate<Context = ()>,
+    T: DeserializeOwned + JsonSchema + Validate<Context = ()>,
 {
     let checked = serde_saphyr::from_str_with_options_valid::<T>(text, options()).and_then(|scene| {
         // Typed numbers take `.nan`, and ranges let it pass. Where a field has no rule against it, this is the wall:
@@ -48,8 +50,10 @@ where
     });
     checked.map_err(|error| {
         let name = path.to_string_lossy();
+        let ranges = Ranges::of::<T>();
+        let formatter = serde_saphyr::UserMessageFormatter.with_localizer(&ranges);
         let render = serde_saphyr::render_options! {
-            formatter: &serde_saphyr::UserMessageFormatter,
+            formatter: &formatter,
             source_name: Some(name.as_ref()),
         };
         SceneFileError::Invalid { path: path.to_owned(), message: error.render_with_options(render) }
@@ -70,7 +74,6 @@ pub(super) fn options() -> serde_saphyr::Options {
 mod tests {
     use super::super::{EvaluationSpec, hash, is_file_name, is_known_version};
     use super::*;
-    use schemars::JsonSchema;
     use serde::{Deserialize, Serialize};
 
     const GOOD: &str = "version: 1\nname: tabletop\npurpose: To show it.\nevaluation:\n  seeds: 10\n";
@@ -109,6 +112,13 @@ mod tests {
         Table {
             #[garde(range(min = 0.1))]
             height: f64,
+            #[serde(default)]
+            #[garde(range(min = -1.0, max = 2.0))]
+            width: f64,
+        },
+        Board {
+            #[garde(range(min = -1.0, max = 3.0))]
+            width: f64,
         },
     }
 
@@ -121,7 +131,9 @@ mod tests {
         },
     }
 
-    fn error<T: DeserializeOwned + Validate<Context = ()> + std::fmt::Debug>(yaml: &str) -> String {
+    fn error<T: DeserializeOwned + JsonSchema + Validate<Context = ()> + std::fmt::Debug>(
+        yaml: &str,
+    ) -> String {
         parse::<T>(yaml, Path::new("scenes/x.yaml")).unwrap_err().to_string()
     }
 
@@ -177,6 +189,29 @@ mod tests {
             assert!(message.contains(":1:7"), "{message}");
         }
         assert!(error::<World>("mass: 1\nshapes: [{kind: ball}]\n").contains("ball"));
+    }
+
+    #[test]
+    fn a_number_that_is_out_of_its_range_is_told_both_ends() {
+        let table = |width: &str| {
+            format!("mass: 1\nshapes: []\nsurface:\n  table: {{ height: 1, width: {width} }}\n")
+        };
+        let board = |width: &str| table(width).replace("table: { height: 1, ", "board: { ");
+        let cases = [
+            ("mass: 11\nshapes: []\n".to_owned(), "greater than 10 for `mass`, expected 0.01 to 10"),
+            ("mass: 0\nshapes: []\n".to_owned(), "lower than 0.01 for `mass`, expected 0.01 to 10"),
+            (table("2.5"), "greater than 2 for `surface.width`, expected -1 to 2"),
+            (board("4"), "greater than 3 for `surface.width`, expected -1 to 3"),
+        ];
+        for (yaml, words) in cases {
+            let message = error::<World>(&yaml);
+            assert!(message.contains(words), "{words:?} not in: {message}");
+        }
+        // Of two variants with ranges that begin alike there is no telling which it is, nor of a rule with one end what the other is.
+        for yaml in [table("-2"), table("1").replace("height: 1", "height: 0")] {
+            let message = error::<World>(&yaml);
+            assert!(message.contains("lower than") && !message.contains("expected"), "{message}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Adam (Kingma and Ba 2015), in one pass over the numbers of a parameter; burn's own makes one for each operation. The
 //! tests check it against that.
 
-use super::views::numbers;
+use super::rows::numbers;
 use burn::module::{Module, ModuleMapper, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::{Tensor, TensorData};

@@ -12,9 +12,10 @@
 use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
 use super::features::Features;
 use super::instance_term::Alone;
+use super::rows::{rows_of, table};
 use super::run::{Step, scalar};
 use super::turn::{Turn, for_each_number};
-use super::views::{Views, rows_of, table};
+use super::views::Views;
 use crate::architecture::Architecture;
 use crate::spec::{InstanceTerm, Objective, Pairs, TrainingSpec};
 use burn::module::Module;

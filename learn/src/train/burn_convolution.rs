@@ -33,9 +33,9 @@ mod tests {
     use super::*;
     use crate::architecture::Architecture;
     use crate::spec::TrainingSpec;
+    use crate::train::rows::numbers;
     use crate::train::synthetic;
     use crate::train::trunk_network::TrunkWithHead;
-    use crate::train::views::numbers;
     use vantage_dataset::{Seed, Split};
 
     #[test]

@@ -2,7 +2,8 @@
 
 use super::error::TrainError;
 use super::predictions::Predictions;
-use super::views::{Views, numbers};
+use super::rows::numbers;
+use super::views::Views;
 use crate::residual::{RESIDUALS_PER_DIMENSION, ResidualNoise};
 use nalgebra::DMatrix;
 use vantage_dataset::Seed;

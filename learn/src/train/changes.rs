@@ -5,9 +5,9 @@
 //! views agree after it. They have unit length: were they free to vanish, all changes would be equally likely, and stay so,
 //! since a gradient by one of them is proportional to the other.
 
+use super::rows::table;
 use super::trunk::{BINS, soft_labels};
 use super::turn::{Turn, turned};
-use super::views::table;
 use crate::architecture::UPRIGHT;
 use crate::latent::LatentLayout;
 use burn::tensor::activation::log_softmax;

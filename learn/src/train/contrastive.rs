@@ -3,9 +3,9 @@
 
 use super::autoencoder::Bound;
 use super::autoencoder_network::{Autoencoder, encoder_input};
+use super::rows::table;
 use super::run::{Step, scalar};
 use super::turn::Turn;
-use super::views::table;
 use burn::optim::GradientsParams;
 use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor};

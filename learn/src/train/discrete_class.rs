@@ -3,9 +3,9 @@
 
 use super::autoencoder::{Bound, negative_log_likelihood};
 use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
+use super::rows::table;
 use super::run::{Step, scalar};
 use super::turn::Turn;
-use super::views::table;
 use crate::architecture::CLASS_SHARPNESS;
 use burn::optim::GradientsParams;
 use burn::tensor::activation::log_softmax;

@@ -107,7 +107,7 @@ pub enum TrainError {
     NonFiniteLoss {
         /// The stage.
         stage: Stage,
-        /// The step.
+        /// The step; one more than the stage has where its last step broke the weights.
         step: usize,
         /// The loss.
         loss: f64,

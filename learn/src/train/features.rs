@@ -2,8 +2,9 @@
 
 use super::components::Components;
 use super::half::rounded_layer;
+use super::rows::{gather, numbers};
 use super::trunk_network::Trunk;
-use super::views::{Views, gather, numbers};
+use super::views::Views;
 use super::weights::Dense;
 use crate::architecture::Architecture;
 use burn::tensor::{Device, Tensor, TensorData};

@@ -1,6 +1,6 @@
 //! Weights rounded to half precision, as the graphs store them: what is calibrated and replayed is then what is run.
 
-use super::views::numbers;
+use super::rows::numbers;
 use super::weights::Dense;
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Tensor, TensorData};

@@ -3,7 +3,7 @@
 //! Both are on the invariant part: what turns is unknown where a view does not see it, so that pulling single views
 //! together there would teach the encoder to say nothing.
 
-use super::views::{rows_of, table};
+use super::rows::{rows_of, table};
 use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor};
 

@@ -1,6 +1,6 @@
 //! Linear layers: fresh weights, and weights as plain numbers.
 
-use super::views::numbers;
+use super::rows::numbers;
 use super::weights::Dense;
 use crate::architecture::LOG_VARIANCE;
 use burn::module::Param;

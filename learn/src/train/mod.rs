@@ -28,6 +28,7 @@ mod instance_term;
 mod layers;
 mod predictions;
 mod progress;
+mod rows;
 mod run;
 mod sheet;
 #[cfg(test)]

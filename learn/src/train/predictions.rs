@@ -2,8 +2,9 @@
 
 use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
 use super::features::Features;
+use super::rows::{numbers, table};
 use super::turn::{Turn, for_each_number};
-use super::views::{Views, numbers, table};
+use super::views::Views;
 use crate::architecture::Architecture;
 use crate::latent::LatentGaussian;
 use burn::tensor::{Device, Tensor, TensorData};

@@ -83,28 +83,45 @@ impl Run<'_> {
         let every = self.spec.checkpoint_every as usize;
         for index in done..steps {
             let Step { loss, terms, gradients } = step(&module, index);
-            let terms = std::array::from_fn(|term| terms.get(term).copied().unwrap_or(0.0));
-            let row = Loss { stage, step: index + 1, total: loss, terms };
-            self.curve.0.push(row);
-            if !row.total.is_finite() {
-                let log = self.curve.write_table(self.folder)?;
-                return Err(TrainError::NonFiniteLoss { stage, step: row.step, loss: row.total, log });
-            }
+            let reached = index + 1;
+            self.keep(stage, reached, loss, terms)?;
             module = optimizer.step(self.learning_rate(index, steps), module, gradients);
-            if row.step.is_multiple_of(every) || row.step == steps {
+            if reached.is_multiple_of(every) || reached == steps {
                 let unwritable = |error: String| files::unwritable(self.folder, &error);
                 let [trunk, autoencoder] = parts(&module).map_err(unwritable)?;
                 let optimizer = optimizer.to_bytes();
-                let state = State { key: self.key.clone(), stage, step: row.step, curve: self.curve.clone() };
+                let state = State { key: self.key.clone(), stage, step: reached, curve: self.curve.clone() };
                 Checkpoint { state, trunk, autoencoder, optimizer }.write(self.folder)?;
                 self.curve.write_table(self.folder)?;
             }
-            let step = Progress::Step { stage, step: row.step, steps, loss: row.total };
+            let step = Progress::Step { stage, step: reached, steps, loss };
             if self.tell(&step).is_break() {
-                return Err(TrainError::Stopped { stage, step: row.step });
+                return Err(TrainError::Stopped { stage, step: reached });
             }
         }
+        // No step has seen what the last one made of the weights.
+        let Step { loss, terms, .. } = step(&module, steps);
+        if !loss.is_finite() {
+            self.keep(stage, steps + 1, loss, terms)?;
+        }
         Ok(self.device.to_cpu(module))
+    }
+
+    /// Adds a loss to the curve; one that is not finite ends the training.
+    fn keep<const N: usize>(
+        &mut self,
+        stage: Stage,
+        step: usize,
+        loss: f64,
+        terms: [f64; N],
+    ) -> Result<(), TrainError> {
+        let terms = std::array::from_fn(|term| terms.get(term).copied().unwrap_or(0.0));
+        self.curve.0.push(Loss { stage, step, total: loss, terms });
+        if loss.is_finite() {
+            return Ok(());
+        }
+        let log = self.curve.write_table(self.folder)?;
+        Err(TrainError::NonFiniteLoss { stage, step, loss, log })
     }
 
     /// A linear warm-up, then a cosine down to a hundredth.
@@ -119,4 +136,49 @@ impl Run<'_> {
 /// The number in a tensor of one.
 pub(crate) fn scalar(tensor: &Tensor<1>) -> f64 {
     f64::from(tensor.clone().into_scalar::<f32>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::checkpoint::module_bytes;
+    use burn::nn::{Linear, LinearConfig};
+
+    /// A stage of three steps whose loss is `w^2`, but at step `broken` its root at 0, which has no derivative.
+    fn descended(broken: usize) -> Result<Linear, TrainError> {
+        let folder = tempfile::tempdir().unwrap();
+        let spec = TrainingSpec::default();
+        let device = TrainingDevice::default();
+        let layer = LinearConfig::new(1, 1).with_bias(false).init(&device.tensors());
+        let mut run = Run {
+            spec: &spec,
+            architecture: Architecture::new(&spec).unwrap(),
+            seed: Seed(0),
+            folder: folder.path(),
+            key: String::new(),
+            curve: Curve::default(),
+            device,
+            progress: &mut |_| ControlFlow::Continue(()),
+        };
+        let step = |layer: &Linear, index: usize| {
+            let square = layer.weight.val().square().sum();
+            let loss = if index + 1 == broken { (square * 0.0).sqrt() } else { square };
+            let gradients = GradientsParams::from_grads(loss.backward(), layer);
+            Step { loss: scalar(&loss), terms: [scalar(&loss)], gradients }
+        };
+        let parts = |layer: &Linear| Ok([module_bytes(layer)?, Vec::new()]);
+        run.descend(Stage::Trunk, 3, Started::fresh(layer), step, parts)
+    }
+
+    #[test]
+    fn weights_that_no_step_can_go_on_from_end_the_training_at_the_last_step_too() {
+        descended(0).unwrap();
+        for broken in [1, 2, 3] {
+            let error = descended(broken).unwrap_err();
+            assert!(
+                matches!(error, TrainError::NonFiniteLoss { step, .. } if step == broken + 1),
+                "{broken}: {error}"
+            );
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::convolution::{Convolutions, KERNEL, LayerGradient};
 use super::layers::{Gain, dense, linear, relu_bound, uniform, zeros};
-use super::views::numbers;
+use super::rows::numbers;
 use super::weights::{Conv, Dense};
 use crate::architecture::Architecture;
 use burn::module::{Module, Param};

@@ -1,12 +1,13 @@
-//! What stands in a room: within its walls, and not in one another.
+//! What stands in a room: within its walls, and not in one another; and whether the objects can find room on it.
 
 use super::SceneSpec;
-use crate::object::Fixture;
+use crate::object::{Fixture, LEAST_FOOTPRINT, MeshLibrary};
 use crate::robot::body::RADIUS as ROBOT_RADIUS;
 use crate::robot::track::Track;
-use crate::scene::{PathSpec, RoomSpec, SurfaceSpec};
+use crate::scene::{PathSpec, RobotSpec, RoomSpec, SurfaceSpec, WorldSpec};
 use crate::world::furnishing::{Block, blocks};
-use crate::world::stand::Stand;
+use crate::world::layout::footprint;
+use crate::world::stand::{Outline, Stand};
 use nalgebra::Vector3;
 use rapier3d::glamx::Pose3;
 use rapier3d::parry::query::intersection_test;
@@ -27,6 +28,8 @@ pub enum Part {
     Piece(usize),
     /// Furniture from a file, by its index.
     Fixture(usize),
+    /// The number of objects.
+    Objects,
 }
 
 /// A part that cannot stand where it is put.
@@ -44,6 +47,7 @@ impl fmt::Display for Part {
             Part::Surface => write!(f, "world.surface"),
             Part::Piece(index) => write!(f, "world.surface.furniture[{index}]"),
             Part::Fixture(index) => write!(f, "world.fixtures[{index}]"),
+            Part::Objects => write!(f, "world.objects"),
         }
     }
 }
@@ -61,8 +65,8 @@ struct Standing {
     shapes: Vec<(Pose3, SharedShape)>,
 }
 
-/// Every part that reaches beyond the room, into another part, or into a fixed path.
-pub fn misplaced(spec: &SceneSpec, fixtures: &[Fixture]) -> Vec<Misplaced> {
+/// Every part that reaches beyond the room, into another part, or into a fixed path; and objects that are too many for any layout.
+pub fn misplaced(spec: &SceneSpec, meshes: &MeshLibrary, fixtures: &[Fixture]) -> Vec<Misplaced> {
     let mut standing = on_surface(spec);
     standing.extend(fixtures.iter().enumerate().map(|(i, fixture)| Standing {
         part: Part::Fixture(i),
@@ -78,7 +82,31 @@ pub fn misplaced(spec: &SceneSpec, fixtures: &[Fixture]) -> Vec<Misplaced> {
     }
     found
         .extend(fixtures.iter().enumerate().filter_map(|(i, fixture)| blocked(&spec.robot.path, i, fixture)));
+    found.extend(too_many(&spec.world, &spec.robot, meshes));
     found
+}
+
+/// More objects than would cover all stands if every one were the smallest there can be. Each pedestal has one.
+fn too_many(world: &WorldSpec, robot: &RobotSpec, meshes: &MeshLibrary) -> Option<Misplaced> {
+    if matches!(world.surface, SurfaceSpec::Pedestals { .. }) {
+        return None;
+    }
+    let families = (!world.families.is_empty()).then_some(LEAST_FOOTPRINT);
+    let smallest = meshes.iter().map(|mesh| footprint(&mesh.object)).chain(families).reduce(f64::min)?;
+    // Discs that reach half the spacing beyond the objects do not meet, nor leave their stand by more than that.
+    let margin = world.spacing / 2.0;
+    let disc = Outline::Disc { radius: smallest + margin }.area();
+    let stands = world.surface.furnish(robot, 0).stands;
+    let room: f64 = stands.iter().map(|stand| (stand.outline.grown(margin).area() / disc).floor()).sum();
+    (f64::from(world.objects) > room).then(|| {
+        let reason = format!(
+            "{} objects do not fit on the {}, which would have no room for more than {room:.0} even of the smallest ones; use \
+             fewer objects, a smaller world.spacing, or a larger surface",
+            world.objects,
+            world.surface.name()
+        );
+        Misplaced { part: Part::Objects, reason }
+    })
 }
 
 fn on_surface(spec: &SceneSpec) -> Vec<Standing> {

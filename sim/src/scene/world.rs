@@ -35,6 +35,7 @@ pub struct WorldSpec {
     /// same look. 0 makes them equal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(range(min = 0.0, max = 0.5), custom(not_nan)))]
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub look_alike: Option<f64>,
     /// Least gap between the circles around two objects' footprints, metres.
     #[garde(range(min = 0.0, max = 10.0), custom(not_nan))]

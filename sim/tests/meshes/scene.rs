@@ -82,6 +82,16 @@ fn a_world_of_meshes_settles_and_tells_their_categories() {
 }
 
 #[test]
+fn more_objects_than_the_table_holds_of_the_smallest_mesh_are_refused() {
+    let folder = cubes();
+    let load = |objects| CheckedScene::new(tabletop(vec![of_split(Split::Test)], objects), folder.path());
+    // Half the diagonal of 6 x 10 cm and 1 cm of spacing, on a table of 65 cm with as much: (66 / 6.83)^2 = 93.4.
+    load(93).unwrap();
+    let Err(SceneError::Placement(misplaced)) = load(94) else { panic!("94 objects were not refused") };
+    assert!(misplaced.iter().map(|one| one.part).eq([Part::Objects]), "{misplaced:?}");
+}
+
+#[test]
 fn a_split_without_enough_meshes_is_named() {
     let folder = cubes();
     let scene =

@@ -135,6 +135,26 @@ fn pedestals_stand_within_the_room() {
 }
 
 #[test]
+fn more_objects_than_any_layout_holds_are_refused() {
+    let with = |name: &str, objects: u32, spacing: f64| {
+        let mut spec = shipped(name);
+        (spec.world.objects, spec.world.spacing) = (objects, spacing);
+        CheckedScene::new(spec, Path::new("")).map(|_| ()).map_err(|error| error.to_string())
+    };
+    // Discs of 4 cm about the middles of the smallest, and a table of 65 cm with a margin of 1 cm: (66 / 4)^2 = 272.25.
+    with("tabletop", 272, 0.02).unwrap();
+    let said = with("tabletop", 273, 0.02).unwrap_err();
+    assert!(said.starts_with("world.objects: 273 objects do not fit on the round table"), "{said}");
+    assert!(
+        said.contains("more than 272 even of the smallest") && said.contains("use fewer objects"),
+        "{said}"
+    );
+    with("tabletop", 273, 0.01).unwrap();
+    assert!(with("room", 5000, 0.02).unwrap_err().contains("on the furniture"));
+    with("corridor", 80, 0.02).unwrap();
+}
+
+#[test]
 fn numbers_that_are_none_are_refused() {
     let mut spec = small();
     spec.world.spacing = f64::NAN;
@@ -200,6 +220,7 @@ fn every_violation_is_reported_with_its_line() {
 fn a_scene_far_too_large_is_refused_before_it_starts() {
     let mut crowded = small();
     crowded.world.objects = 2_000_000;
+    crowded.world.surface = shipped("corridor").world.surface;
     let got = roll_out(&checked(crowded), Seed(0), Split::Test, &mut |_| ()).err().unwrap();
     assert!(matches!(got, SimError::TooLarge { bytes: 100_000_000_000.., .. }), "{got}");
 

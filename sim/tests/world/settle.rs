@@ -77,7 +77,7 @@ fn a_mass_that_is_no_number_is_an_error() {
 #[test]
 fn a_table_too_small_holds_nothing() {
     let mut spec = small();
-    spec.world.surface = SurfaceSpec::RoundTable { radius: 0.06, height: 0.7 };
+    spec.world.surface = SurfaceSpec::RoundTable { radius: 0.09, height: 0.7 };
     let got = World::settled(&checked(spec), Split::Test, Seed(0), &mut |_| ());
     assert!(matches!(got, Err(SimError::NothingFits { wanted: 4, .. })));
 }

@@ -135,7 +135,7 @@ impl<'a> Looks<'a> {
             let truth = shown.iter().map(|view| view.crop.clone()).collect();
             let captions = shown.iter().enumerate().map(|(column, view)| match column {
                 0 => "input".to_owned(),
-                _ => format!("{:+.0}", from_input(view)),
+                _ => format!("azimuth\n{:+.0} deg", from_input(view)),
             });
             blocks.push(Block {
                 captions: captions.collect(),
