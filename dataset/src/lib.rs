@@ -16,6 +16,7 @@ pub mod episode_views;
 pub mod instance;
 pub mod layout;
 pub mod mask;
+pub mod memory;
 pub mod sample;
 pub mod se3;
 pub mod seed;

@@ -23,7 +23,7 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
             return Ok(());
         }
         pipeline.progress.note(
-            "no finished model is taken: one is trained first, and kept in the cache; to take one, name its folder by --model",
+            "no finished model is named: one is trained first, and kept in the cache; `--model DIR` names one",
         );
         train(pipeline, &TrainingDevice::default(), work)
     })?;

@@ -4,7 +4,9 @@
 //! faster here than burn's own convolutions, against which the tests check it. Groups run in parallel and
 //! are added up in order, so that the thread count changes nothing.
 
-use nalgebra::{DMatrix, DMatrixView, DVector, Dyn};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use vantage_dataset::Crop;
 use vantage_dataset::crop::CROP_SIDE;
@@ -16,6 +18,9 @@ pub(crate) const KERNEL: usize = 4;
 const TAPS: usize = KERNEL * KERNEL;
 /// Crops in a group.
 const GROUP: usize = 16;
+/// Terms of a product's sum that are added up before they join the rest: another number rounds differently, and `bench train`
+/// would no longer make the committed models again.
+const BLOCK: usize = 256;
 
 /// Layers `relu(conv(x))`, each halving the side.
 pub(crate) struct Convolutions {
@@ -65,12 +70,14 @@ impl Convolutions {
     fn trace(&self, crops: &[&Crop]) -> Trace {
         let mut trace = Trace { patches: Vec::new(), outputs: Vec::new() };
         let mut side = CROP_SIDE;
-        let pixels = crops.iter().flat_map(|crop| crop.0.iter());
-        let centered: Vec<f32> = pixels.map(|&value| f32::from(value) / 255.0 - PIXEL_CENTER).collect();
+        let mut centered = Vec::with_capacity(crops.len() * side * side * 3);
+        for crop in crops {
+            centered.extend(crop.0.iter().map(|&value| f32::from(value) / 255.0 - PIXEL_CENTER));
+        }
         for layer in &self.layers {
             let input = trace.outputs.last().map_or(&centered[..], |output| output.as_slice());
             let patches = gathered(input, layer.inputs(), side);
-            let mut output = &layer.weight * &patches;
+            let mut output = product(view(&layer.weight), view(&patches));
             for mut position in output.column_iter_mut() {
                 position.zip_apply(&layer.bias, |y, bias| *y = (*y + bias).max(0.0));
             }
@@ -82,14 +89,14 @@ impl Convolutions {
     }
 
     /// The layers' derivatives, given those to the outputs of a pass.
-    pub(crate) fn backward(&self, pass: &Pass, d_outputs: &[f32]) -> Vec<LayerGradient> {
+    pub(crate) fn backward(&self, pass: Pass, d_outputs: &[f32]) -> Vec<LayerGradient> {
         let size = |trace: &Trace| trace.outputs.last().map_or(0, |output| output.len());
         let mut starts = vec![0];
         starts.extend(pass.traces.iter().scan(0, |end, trace| {
             *end += size(trace);
             Some(*end)
         }));
-        let groups = pass.traces.par_iter().zip(starts.par_windows(2));
+        let groups = pass.traces.into_par_iter().zip(starts.par_windows(2));
         let gradients: Vec<Vec<(DMatrix<f32>, DVector<f32>)>> = groups
             .map(|(trace, range)| self.group_gradients(trace, &d_outputs[range[0]..range[1]]))
             .collect();
@@ -110,25 +117,22 @@ impl Convolutions {
     }
 
     /// First layer first.
-    fn group_gradients(&self, trace: &Trace, d_outputs: &[f32]) -> Vec<(DMatrix<f32>, DVector<f32>)> {
+    fn group_gradients(&self, trace: Trace, d_outputs: &[f32]) -> Vec<(DMatrix<f32>, DVector<f32>)> {
         let mut gradients = Vec::new();
         let mut d_input = d_outputs.to_vec();
-        for (index, layer) in self.layers.iter().enumerate().rev() {
-            let (patches, output) = (&trace.patches[index], &trace.outputs[index]);
-            let mut d_output = DMatrix::from_vec(output.nrows(), output.ncols(), d_input);
-            d_output.zip_apply(output, |d, y| {
-                if y <= 0.0 {
-                    *d = 0.0;
-                }
-            });
-            let mut weight = DMatrix::zeros(layer.weight.nrows(), layer.weight.ncols());
-            weight.gemm(1.0, &d_output, &transposed(patches), 0.0);
+        let traced = trace.patches.into_iter().zip(trace.outputs);
+        for ((index, layer), (mut patches, output)) in self.layers.iter().enumerate().zip(traced).rev() {
+            for (d, &y) in d_input.iter_mut().zip(output.as_slice()) {
+                *d = if y <= 0.0 { 0.0 } else { *d };
+            }
+            let d_output = DMatrix::from_vec(output.nrows(), output.ncols(), d_input);
+            let weight = product(view(&d_output), view(&patches).transpose());
             gradients.push((weight, d_output.column_sum()));
             d_input = match index {
                 0 => Vec::new(),
                 _ => {
-                    let d_patches = layer.weight.transpose() * d_output;
-                    scattered(&d_patches, layer.inputs(), CROP_SIDE >> index)
+                    multiply(&mut patches, view(&layer.weight).transpose(), view(&d_output));
+                    scattered(&patches, layer.inputs(), CROP_SIDE >> index)
                 }
             };
         }
@@ -146,19 +150,33 @@ impl Layer {
 impl Pass {
     /// Outputs of the last layer, crop by crop: row, column, channel.
     pub(crate) fn outputs(&self) -> Vec<f32> {
-        let last =
-            |trace: &Trace| trace.outputs.last().map_or(Vec::new(), |output| output.as_slice().to_vec());
-        self.traces.iter().flat_map(last).collect()
+        let last = self.traces.iter().filter_map(|trace| Some(trace.outputs.last()?.as_slice()));
+        last.collect::<Vec<_>>().concat()
     }
 }
 
-/// Without a copy: rows of the view lie as far apart as the matrix's columns.
-fn transposed(matrix: &DMatrix<f32>) -> DMatrixView<'_, f32, Dyn, Dyn> {
-    let (rows, columns) = matrix.shape();
-    DMatrixView::from_slice_with_strides(matrix.as_slice(), columns, rows, rows, 1)
+fn view(matrix: &DMatrix<f32>) -> MatRef<'_, f32> {
+    MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols())
 }
 
-/// Calls `with` for each run of neighbouring pixels that lies both in an image and in a row of a patch: start in
+/// `a b`.
+fn product(a: MatRef<'_, f32>, b: MatRef<'_, f32>) -> DMatrix<f32> {
+    let mut product = DMatrix::zeros(a.nrows(), b.ncols());
+    multiply(&mut product, a, b);
+    product
+}
+
+/// Replaces a matrix by `a b`.
+fn multiply(product: &mut DMatrix<f32>, a: MatRef<'_, f32>, b: MatRef<'_, f32>) {
+    for first in (0..a.ncols()).step_by(BLOCK) {
+        let terms = BLOCK.min(a.ncols() - first);
+        let sum = MatMut::from_column_major_slice_mut(product.as_mut_slice(), a.nrows(), b.ncols());
+        let joined = if first == 0 { Accum::Replace } else { Accum::Add };
+        matmul(sum, joined, a.subcols(first, terms), b.subrows(first, terms), 1.0, Par::Seq);
+    }
+}
+
+/// Calls `with` for each run of neighbouring pixels that lies both in an image and in a row of a patch, in the patches' order: start in
 /// the image, start in the patches, length; in numbers.
 fn runs(channels: usize, side: usize, images: usize, mut with: impl FnMut(usize, usize, usize)) {
     let half = side / 2;
@@ -179,12 +197,14 @@ fn runs(channels: usize, side: usize, images: usize, mut with: impl FnMut(usize,
 /// The patches of images `[images, side, side, channels]`, zero beyond the border: `[TAPS * channels, positions]`.
 fn gathered(images: &[f32], channels: usize, side: usize) -> DMatrix<f32> {
     let count = images.len() / (side * side * channels);
-    let mut patches = DMatrix::zeros(TAPS * channels, count * side * side / 4);
-    let slots = patches.as_mut_slice();
+    let (rows, columns) = (TAPS * channels, count * side * side / 4);
+    let mut patches = Vec::with_capacity(rows * columns);
     runs(channels, side, count, |pixel, slot, length| {
-        slots[slot..slot + length].copy_from_slice(&images[pixel..pixel + length]);
+        patches.resize(slot, 0.0);
+        patches.extend_from_slice(&images[pixel..pixel + length]);
     });
-    patches
+    patches.resize(rows * columns, 0.0);
+    DMatrix::from_vec(rows, columns, patches)
 }
 
 /// The transpose of [`gathered`]: what patches hold, added up over the images.
@@ -222,7 +242,8 @@ mod tests {
 
         let convolutions = Convolutions::new(layers.iter().cloned());
         let pass = convolutions.pass(&crops);
-        let gradients = convolutions.backward(&pass, &direction);
+        let outputs = pass.outputs();
+        let gradients = convolutions.backward(pass, &direction);
 
         let planes: Vec<f32> = crops.iter().flat_map(|crop| crop.to_chw()).collect();
         let mut x = Tensor::<4>::from_data(TensorData::new(planes, [crops.len(), 3, 32, 32]), &device) - 0.5;
@@ -241,7 +262,7 @@ mod tests {
             assert!(largest > 0.0 && got.len() == expected.len());
             assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5 * largest));
         };
-        close(&pass.outputs(), &numbers(x.clone()));
+        close(&outputs, &numbers(x.clone()));
         let direction = TensorData::new(direction, [crops.len(), 4, 4, SIZES[3]]);
         let direction = Tensor::<4>::from_data(direction, &device).permute([0, 3, 1, 2]);
         let expected = (x * direction).sum().backward();
@@ -261,7 +282,8 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let pass = convolutions.pass(&crops);
-                convolutions.backward(&pass, &pass.outputs()).remove(0).weight
+                let outputs = pass.outputs();
+                convolutions.backward(pass, &outputs).remove(0).weight
             })
         };
         assert_eq!(gradients(1), gradients(3));

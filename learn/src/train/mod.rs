@@ -72,7 +72,7 @@ use std::path::Path;
 use trunk::{Task, TrunkData};
 use trunk_network::TrunkWithHead;
 use trunk_store::TrunkStore;
-use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_dataset::{Seed, Split, ViewSet, memory};
 use views::Views;
 
 /// Least instances to train on.
@@ -104,7 +104,8 @@ pub struct Training<'a> {
 /// Same views, spec, seed and machine give the same loss curve on the CPU, whatever the number of threads and whether or not the
 /// training was killed between: it goes on from the folder's last checkpoint. `progress` is told of every step, and may ask
 /// to stop. Beside the model, the folder gets the loss curve ([`CURVE_TABLE`], [`CURVE_PICTURE`]) and, of models that
-/// predict crops, reconstructions of validation instances ([`SHEET`]).
+/// predict crops, reconstructions of validation instances ([`SHEET`]). The whole process keeps more of the memory that it
+/// frees: see [`memory::keep_freed`].
 pub fn train(
     Training { training, validation, spec, seed, provenance, folder, trunks, device }: Training<'_>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
@@ -130,6 +131,7 @@ pub fn train(
         validation_hash: view_set_hash(validation),
         provenance: provenance.clone(),
     };
+    memory::keep_freed();
     let key = origin.key(spec, &architecture, &views.tags, seed);
     let store = trunks.map(|folder| TrunkStore::new(folder, &origin, spec, &architecture, seed));
     let device = device.clone();

@@ -116,7 +116,7 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
     let d_convolved = numbers(convolved.grad(&tape).expect("the loss depends on the convolutions"));
     let mut gradients = GradientsParams::from_grads(tape, network);
     network.trunk.register(
-        convolutions.backward(&pass, &d_convolved),
+        convolutions.backward(pass, &d_convolved),
         &mut gradients,
         &device.clone().inner(),
     );
@@ -221,8 +221,9 @@ pub(crate) fn soft_labels(angles: impl ExactSizeIterator<Item = f64>, device: &D
     for angle in angles {
         let center = |bin: usize| (bin as f64 + 0.5) * 2.0 * PI / BINS as f64;
         let bump = |bin| libm::exp(CONCENTRATION * (libm::cos(angle - center(bin)) - 1.0));
-        let total: f64 = (0..BINS).map(bump).sum();
-        labels.extend((0..BINS).map(|bin| (bump(bin) / total) as f32));
+        let bumps: [f64; BINS] = std::array::from_fn(bump);
+        let total: f64 = bumps.iter().sum();
+        labels.extend(bumps.map(|bump| (bump / total) as f32));
     }
     Tensor::from_data(TensorData::new(labels, [rows, BINS]), device)
 }

@@ -10,7 +10,6 @@
 
 mod bounds;
 pub mod choice;
-mod memory;
 mod projection;
 pub mod reference;
 pub mod wgpu;

@@ -15,11 +15,11 @@ mod view;
 mod widest;
 
 use super::bounds::Frustum;
-use super::memory::keep_freed_memory;
 use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
 use shade::{Batch, Shader};
+use vantage_dataset::memory;
 use view::View;
 use widest::widest;
 
@@ -37,7 +37,7 @@ impl ReferenceRenderer {
     ///
     /// The whole process keeps more of the memory that it frees: some tens of megabytes.
     pub fn new() -> Self {
-        keep_freed_memory();
+        memory::keep_freed();
         Self { canvas: Canvas::default() }
     }
 }

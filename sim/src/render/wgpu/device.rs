@@ -1,10 +1,10 @@
 //! The graphics device.
 
-use super::super::memory::keep_freed_memory;
 use super::super::{RenderError, RendererInfo};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
+use vantage_dataset::memory;
 
 /// After this long a submission counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -30,7 +30,7 @@ impl Gpu {
             let adapter = choose(&instance).await?;
             let info = adapter.get_info();
             if info.device_type == wgpu::DeviceType::Cpu {
-                keep_freed_memory();
+                memory::keep_freed();
             }
             let (device, queue) = adapter
                 .request_device(&wgpu::DeviceDescriptor {
