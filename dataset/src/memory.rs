@@ -1,7 +1,11 @@
 //! Memory that work takes and frees again and again.
 
+use std::sync::Once;
+
 /// Just below `DEFAULT_MMAP_THRESHOLD_MAX` of 64-bit glibc, 32 MiB; larger blocks leave its thresholds alone.
 const BLOCK: usize = 31 << 20;
+
+static KEPT: Once = Once::new();
 
 /// Lets the whole process keep more of the memory that it frees, some tens of megabytes: called before work that takes and frees megabytes
 /// at every step.
@@ -10,5 +14,6 @@ const BLOCK: usize = 31 << 20;
 /// freed then stays in the process, where it would be unmapped and faulted in again, page by page. Without effect under other
 /// allocators, on 32 bits, or where the environment sets one of the thresholds.
 pub fn keep_freed() {
-    drop(std::hint::black_box(vec![0_u8; BLOCK]));
+    // Only the first block is mapped: later ones would come from the memory that is kept, and be cleared.
+    KEPT.call_once(|| drop(std::hint::black_box(vec![0_u8; BLOCK])));
 }

@@ -42,7 +42,7 @@ pub fn crop_table_png(blocks: &[Block]) -> Result<Vec<u8>, FigureError> {
         canvas.text(&block.name, (4, (first - TEXT) as i32));
         for (column, caption) in block.captions.iter().enumerate() {
             let middle = left(column as u32) + (CELL - 4) / 2;
-            for (above, line) in (1..).zip(caption.lines().rev()) {
+            for (above, line) in (1..=2).zip(caption.lines().rev()) {
                 let half = LETTER * line.chars().count() as u32 / 2;
                 canvas.text(line, (middle as i32 - half as i32, (first - above * TEXT) as i32));
             }

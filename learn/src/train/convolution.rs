@@ -272,6 +272,30 @@ mod tests {
         }
     }
 
+    /// The bits of the committed models.
+    #[test]
+    #[cfg(target_arch = "x86_64")]
+    fn products_are_sums_of_blocks_of_fused_multiply_adds() {
+        if !std::arch::is_x86_feature_detected!("fma") {
+            return;
+        }
+        let mut stream = Seed(6).stream("products", 0);
+        let mut normals = |rows, columns| DMatrix::from_fn(rows, columns, |_, _| stream.normal() as f32);
+        for (rows, inner, columns) in [(24, 48, 70), (48, 384, 33), (96, 768, 16), (24, 1040, 48)] {
+            let (a, b) = (normals(rows, inner), normals(inner, columns));
+            let expected = DMatrix::from_fn(rows, columns, |row, column| {
+                let block = |first: usize| {
+                    let terms = first..inner.min(first + BLOCK);
+                    terms.fold(0f32, |sum, i| a[(row, i)].mul_add(b[(i, column)], sum))
+                };
+                (0..inner).step_by(BLOCK).map(block).reduce(|sum, block| sum + block).unwrap()
+            });
+            assert_eq!(product(view(&a), view(&b)), expected, "{rows}x{inner} by {inner}x{columns}");
+            let transposed = product(view(&b).transpose(), view(&a).transpose());
+            assert_eq!(transposed, expected.transpose(), "{columns}x{inner} by {inner}x{rows}");
+        }
+    }
+
     #[test]
     fn the_thread_count_changes_nothing() {
         let set = synthetic::views(Split::Train, 3, GROUP, 1);

@@ -7,9 +7,10 @@ use super::device::TrainingDevice;
 use super::error::TrainError;
 use super::files;
 use super::progress::{Progress, Stage};
+use super::rows::numbers;
 use crate::architecture::Architecture;
 use crate::spec::TrainingSpec;
-use burn::module::Module;
+use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use std::ops::ControlFlow;
@@ -99,8 +100,9 @@ impl Run<'_> {
                 return Err(TrainError::Stopped { stage, step: reached });
             }
         }
-        // No step has seen what the last one made of the weights.
+        // No step has seen what the last one made of the weights, and a ReLU may hide from a loss that they are no numbers.
         let Step { loss, terms, .. } = step(&module, steps);
+        let loss = if Finite::of(&module) { loss } else { f64::NAN };
         if !loss.is_finite() {
             self.keep(stage, steps + 1, loss, terms)?;
         }
@@ -138,6 +140,23 @@ pub(crate) fn scalar(tensor: &Tensor<1>) -> f64 {
     f64::from(tensor.clone().into_scalar::<f32>())
 }
 
+/// Whether all weights are finite.
+struct Finite(bool);
+
+impl Finite {
+    fn of<M: Module>(module: &M) -> bool {
+        let mut finite = Self(true);
+        module.visit(&mut finite);
+        finite.0
+    }
+}
+
+impl ModuleVisitor for Finite {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        self.0 &= numbers(param.val()).iter().all(|number| number.is_finite());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,6 +187,17 @@ mod tests {
         };
         let parts = |layer: &Linear| Ok([module_bytes(layer)?, Vec::new()]);
         run.descend(Stage::Trunk, 3, Started::fresh(layer), step, parts)
+    }
+
+    #[test]
+    fn weights_that_are_no_numbers_are_found() {
+        let device = TrainingDevice::default().tensors();
+        let mut layer: Linear = LinearConfig::new(2, 1).init(&device);
+        assert!(Finite::of(&layer));
+        for broken in [f32::NAN, f32::INFINITY] {
+            layer.weight = Param::from_data([[0.5], [broken]], &device);
+            assert!(!Finite::of(&layer), "{broken}");
+        }
     }
 
     #[test]

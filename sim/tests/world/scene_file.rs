@@ -141,15 +141,15 @@ fn more_objects_than_any_layout_holds_are_refused() {
         (spec.world.objects, spec.world.spacing) = (objects, spacing);
         CheckedScene::new(spec, Path::new("")).map(|_| ()).map_err(|error| error.to_string())
     };
-    // Discs of 4 cm about the middles of the smallest, and a table of 65 cm with a margin of 1 cm: (66 / 4)^2 = 272.25.
-    with("tabletop", 272, 0.02).unwrap();
-    let said = with("tabletop", 273, 0.02).unwrap_err();
-    assert!(said.starts_with("world.objects: 273 objects do not fit on the round table"), "{said}");
+    // Discs of 3 cm about the middles of the smallest, and a table of 65 cm with a margin of 1 cm: (66 / 3)^2 = 484.
+    with("tabletop", 484, 0.02).unwrap();
+    let said = with("tabletop", 485, 0.02).unwrap_err();
+    assert!(said.starts_with("world.objects: 485 objects do not fit on the round table"), "{said}");
     assert!(
-        said.contains("more than 272 even of the smallest") && said.contains("use fewer objects"),
+        said.contains("more than 484 even of the smallest") && said.contains("use fewer objects"),
         "{said}"
     );
-    with("tabletop", 273, 0.01).unwrap();
+    with("tabletop", 485, 0.01).unwrap();
     assert!(with("room", 5000, 0.02).unwrap_err().contains("on the furniture"));
     with("corridor", 80, 0.02).unwrap();
 }

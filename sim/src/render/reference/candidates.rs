@@ -8,9 +8,6 @@ use super::view::{Vertex, outside};
 /// Triangles that are looked at together.
 const BATCH: usize = 16;
 
-/// Sides that say that a vertex is not projected.
-const UNPROJECTED: u32 = outside::NEAR | outside::GUARD;
-
 /// Room for numbers of triangles.
 #[derive(Debug, Default)]
 pub(super) struct Candidates {
@@ -29,9 +26,8 @@ impl Candidates {
     /// The numbers of the triangles that face the camera and have a pixel's centre in the box around them, or need clipping.
     #[inline(always)]
     pub fn find(&mut self, triangles: &[[u32; 3]], vertices: &[Vertex], size: [i32; 2]) -> &[u32] {
-        // One more than there are triangles: a number is written first and counted then.
-        if self.numbers.len() <= triangles.len() {
-            self.numbers.resize(triangles.len() + 1, 0);
+        if self.numbers.len() < triangles.len() {
+            self.numbers.resize(triangles.len(), 0);
         }
         let numbers = self.numbers.as_mut_slice();
         let mut met = 0;
@@ -81,7 +77,7 @@ impl Corners {
             let (left, right) = pixels([x[0][i], x[1][i], x[2][i]], width);
             let (top, bottom) = pixels([y[0][i], y[1][i], y[2][i]], height);
             let covers = (left - right) & (top - bottom) & !away[i];
-            let clipped = -(((outside[0][i] | outside[1][i] | outside[2][i]) & UNPROJECTED) as i32);
+            let clipped = -(((outside[0][i] | outside[1][i] | outside[2][i]) & outside::UNPROJECTED) as i32);
             kept[i] = (covers | clipped) >> 31;
         }
         kept

@@ -59,7 +59,7 @@ impl Canvas {
             let indices = mesh.triangles[number as usize].map(|index| index as usize);
             let vertices = indices.map(|index| self.vertices[index]);
             let [a, b, c] = vertices.map(|vertex| vertex.outside);
-            if (a | b | c) & (outside::NEAR | outside::GUARD) == 0 {
+            if (a | b | c) & outside::UNPROJECTED == 0 {
                 let corners = vertices.map(|vertex| [vertex.x, vertex.y]);
                 let Some(outline) = Outline::new(corners, self.width, self.height) else { continue };
                 let corners =

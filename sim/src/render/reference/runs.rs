@@ -14,9 +14,7 @@ pub(super) struct Run {
 #[derive(Clone, Copy)]
 pub(super) struct Runs<'a> {
     nearest: &'a [u32],
-    /// Where the first run begins that is not yet taken.
-    start: u32,
-    /// Bit `i` where another run begins after it at the pixel `i`.
+    /// Bit `i` where a run begins at the pixel `i`, after the first.
     breaks: u32,
 }
 
@@ -29,7 +27,7 @@ impl<'a> Runs<'a> {
         for i in 1..BATCH {
             breaks |= u32::from(padded[i + 1] != padded[i]) << i;
         }
-        Self { nearest, start: 0, breaks }
+        Self { nearest, breaks }
     }
 
     /// Whether nothing is drawn on any pixel.
@@ -37,18 +35,23 @@ impl<'a> Runs<'a> {
     pub fn all_empty(&self) -> bool {
         self.breaks == 0 && self.nearest[0] == NO_FACET
     }
-}
 
-impl Iterator for Runs<'_> {
-    type Item = Run;
-
+    /// Them, from the left.
     #[inline(always)]
-    fn next(&mut self) -> Option<Run> {
-        let start = self.start as usize;
-        let facet = *self.nearest.get(start)?;
-        self.start = self.breaks.trailing_zeros().min(self.nearest.len() as u32);
-        self.breaks &= self.breaks.wrapping_sub(1);
-        Some(Run { columns: start..self.start as usize, facet })
+    pub fn iter(&self) -> impl Iterator<Item = Run> + use<'a> {
+        let Self { nearest, mut breaks } = *self;
+        let mut start = 0;
+        std::iter::from_fn(
+            #[inline(always)]
+            move || {
+                let facet = *nearest.get(start)?;
+                let end = nearest.len().min(breaks.trailing_zeros() as usize);
+                breaks &= breaks.wrapping_sub(1);
+                let columns = start..end;
+                start = end;
+                Some(Run { columns, facet })
+            },
+        )
     }
 }
 
@@ -68,7 +71,7 @@ mod tests {
         ];
         for nearest in batches {
             let found: Vec<Vec<u32>> =
-                Runs::of(&nearest).map(|run| vec![run.facet; run.columns.len()]).collect();
+                Runs::of(&nearest).iter().map(|run| vec![run.facet; run.columns.len()]).collect();
             let expected: Vec<&[u32]> = nearest.chunk_by(PartialEq::eq).collect();
             assert_eq!(found, expected);
             assert_eq!(Runs::of(&nearest).all_empty(), nearest.iter().all(|&facet| facet == NO_FACET));

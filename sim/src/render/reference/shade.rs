@@ -97,7 +97,7 @@ impl<'a> Shader<'a> {
     /// What the facets are.
     #[inline(always)]
     fn planes(&self, planes: &mut Planes, facets: &[Facet], [first, row]: [i32; 2], runs: Runs<'_>) {
-        for Run { columns, facet } in runs {
+        for Run { columns, facet } in runs.iter() {
             if facet == NO_FACET {
                 for start in columns.step_by(STRIDE) {
                     planes.id[start..start + STRIDE].fill(NO_OBJECT);
@@ -131,7 +131,7 @@ impl<'a> Shader<'a> {
 
     #[inline(always)]
     fn fetch(&self, taps: &mut Taps, facets: &[Facet], runs: Runs<'_>) {
-        for Run { columns, facet } in runs.filter(|run| run.facet != NO_FACET) {
+        for Run { columns, facet } in runs.iter().filter(|run| run.facet != NO_FACET) {
             let placement = facets[facet as usize].placement as usize;
             let texels = self.scene.placements[placement].model.texture.texels();
             let [a, b, c, d] = taps.texels.each_mut().map(|taken| &mut taken[columns.clone()]);

@@ -19,6 +19,8 @@ pub(super) mod outside {
     pub const NEAR: u32 = 16;
     /// Of the guard band, not of the window.
     pub const GUARD: u32 = 32;
+    /// The vertex has no position.
+    pub const UNPROJECTED: u32 = NEAR | GUARD;
 }
 
 /// A projected vertex.
