@@ -175,3 +175,15 @@ fn a_camera_may_be_given_by_its_intrinsics() {
     let detections = |files: &BTreeMap<PathBuf, Vec<u8>>| files[Path::new("detections.csv")].clone();
     assert!(detections(&other.1) != detections(&plain.1), "boxes are elsewhere");
 }
+
+#[test]
+fn seeds_without_a_world_are_counted() {
+    let crowded = SmallScene::new(&[("objects: 3", "objects: 13")]);
+    let got = Finished::of(&mut crowded.dataset("out", &["--seeds", "6", "--format", "tum"]));
+    got.expect(0, &["is left out: only ", " of 13 objects fit"]);
+    assert!(
+        got.stdout.ends_with(", 0 already there, 1 of 6 seeds left out for want of a world\n"),
+        "{}",
+        got.stdout
+    );
+}

@@ -59,6 +59,6 @@ impl Localizer for Ranges {
         let violated = entry.strip_prefix("lower than ").or_else(|| entry.strip_prefix("greater than "));
         let range = violated.and_then(|end| self.find(path, end.parse().ok()?));
         let expected = range.map(|[low, high]| format!(", expected {low} to {high}")).unwrap_or_default();
-        format!("validation error: {entry} for `{path}`{expected}")
+        format!("validation error: {entry} for `{}`{expected}", path.trim_end_matches('.'))
     }
 }

@@ -205,7 +205,15 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         formats.into_iter().try_for_each(Format::finish)?;
     }
     drop(stage);
-    writeln!(stdout, "{written} episodes written to {}, {kept} already there", out.path().display())?;
+    let left_out = match seeds.len() - written - kept {
+        0 => String::new(),
+        count => format!(", {count} of {} seeds left out for want of a world", seeds.len()),
+    };
+    writeln!(
+        stdout,
+        "{written} episodes written to {}, {kept} already there{left_out}",
+        out.path().display()
+    )?;
     match failure {
         Some(error) if written + kept == 0 => Err(error.into()),
         _ if index.is_without_crops() => {
