@@ -9,10 +9,13 @@
 //! sample at each pixel's centre.
 
 mod bounds;
+mod candidates;
 pub mod choice;
 mod projection;
 pub mod reference;
+mod view;
 pub mod wgpu;
+mod widest;
 
 use crate::model::Model;
 use nalgebra::Vector3;

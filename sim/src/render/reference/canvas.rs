@@ -1,9 +1,9 @@
 //! What has been drawn so far: the nearest triangle of each pixel.
 
-use super::candidates::Candidates;
+use super::super::candidates::Candidates;
+use super::super::view::{Vertex, View, outside};
 use super::clip::{ClipCorner, clip};
 use super::raster::{Corner, Facet, Outline, Plane, PlaneRow, Slopes, SmallEdges};
-use super::view::{Vertex, View, outside};
 use crate::mesh::Mesh;
 
 /// Number of no facet.
@@ -55,7 +55,8 @@ impl Canvas {
     pub fn draw(&mut self, view: &View, mesh: &Mesh, placement: u32) {
         view.project(&mesh.positions, &mut self.vertices);
         let mut candidates = std::mem::take(&mut self.candidates);
-        for &number in candidates.find(&mesh.triangles, &self.vertices, [self.width, self.height]) {
+        let size = [self.width, self.height];
+        for &number in candidates.find(&mesh.triangles, &self.vertices, size, 0) {
             let indices = mesh.triangles[number as usize].map(|index| index as usize);
             let vertices = indices.map(|index| self.vertices[index]);
             let [a, b, c] = vertices.map(|vertex| vertex.outside);

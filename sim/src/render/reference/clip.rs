@@ -1,8 +1,8 @@
 //! Clipping of the few triangles that cross the near plane or leave the guard band.
 
 use super::super::NEAR;
+use super::super::view::{GUARD, snap};
 use super::raster::Corner;
-use super::view::{GUARD, snap};
 
 /// A corner before projection.
 #[derive(Clone, Copy, Debug)]

@@ -4,24 +4,21 @@
 //! IEEE addition, multiplication, division and square root in a fixed order; the transfer curve comes from a table that the
 //! portable `libm` fills. Triangles write only their depth and number; each pixel is then shaded once.
 
-mod candidates;
 mod canvas;
 mod clip;
 mod raster;
 mod runs;
 mod shade;
 mod tables;
-mod view;
-mod widest;
 
 use super::bounds::Frustum;
+use super::view::View;
+use super::widest::widest;
 use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
 use shade::{Batch, Shader};
 use vantage_dataset::memory;
-use view::View;
-use widest::widest;
 
 /// Rows of a frame that are shaded together.
 const BAND: usize = 16;

@@ -1,6 +1,6 @@
 //! Which pixels a triangle covers, and what varies over it.
 
-use super::view::SUBPIXELS;
+use super::super::view::{SUBPIXELS, pixels};
 use std::ops::Range;
 
 const HALF: i32 = SUBPIXELS / 2;
@@ -77,14 +77,6 @@ impl<const N: usize> EdgeColumns<N> {
     }
 }
 
-/// The pixels, up to a limit, whose centres are between the least and the greatest of a triangle's coordinates: the first, and the first
-/// beyond.
-#[inline(always)]
-pub(super) fn pixels([a, b, c]: [i32; 3], limit: i32) -> (i32, i32) {
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    (((low + HALF - 1) >> 8).max(0), ((high + HALF) >> 8).min(limit))
-}
-
 impl Outline {
     /// The outline of a counter-clockwise triangle (corners in subpixels), or `None` if it faces away or covers no pixel's
     /// centre inside the canvas.
@@ -96,8 +88,8 @@ impl Outline {
         if area <= 0 {
             return None;
         }
-        let (left, right) = pixels([a[0], b[0], c[0]], width);
-        let (top, bottom) = pixels([a[1], b[1], c[1]], height);
+        let (left, right) = pixels([a[0], b[0], c[0]], width, 0);
+        let (top, bottom) = pixels([a[1], b[1], c[1]], height, 0);
         if left >= right || top >= bottom {
             return None;
         }
@@ -267,8 +259,32 @@ impl Slopes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::candidates::Candidates;
+    use super::super::super::view::Vertex;
     use super::*;
     use vantage_dataset::Seed;
+
+    #[test]
+    fn candidates_are_the_triangles_that_have_an_outline() {
+        const SIZE: [i32; 2] = [48, 32];
+        let mut random = Seed(5).stream("triangles", 0);
+        // About the image, and of all sizes: some face away, lie beyond or fall between the pixels' centres.
+        let vertices: Vec<Vertex> = (0..3 * 1000)
+            .map(|i| {
+                let size = [40, 400, 20_000][i / 3 % 3];
+                let mut at = |side: i32| 128 * side - size / 2 + random.below(size as usize) as i32;
+                Vertex { x: at(SIZE[0]), y: at(SIZE[1]), inverse_depth: 1.0, outside: 0 }
+            })
+            .collect();
+        let triangles: Vec<[u32; 3]> = (0..1000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let outlined = |triangle: &[u32; 3]| {
+            let corners = triangle.map(|index| [vertices[index as usize].x, vertices[index as usize].y]);
+            Outline::new(corners, SIZE[0], SIZE[1]).is_some()
+        };
+        let expected: Vec<u32> = (0..1000).filter(|&i| outlined(&triangles[i as usize])).collect();
+        assert!((200..800).contains(&expected.len()), "{} of 1000", expected.len());
+        assert_eq!(Candidates::default().find(&triangles, &vertices, SIZE, 0), expected);
+    }
 
     #[test]
     fn edges_that_do_not_cross_the_box_bound_no_row() {

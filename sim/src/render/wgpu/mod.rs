@@ -4,6 +4,7 @@
 //! rounding and pixels on edges may differ.
 
 mod albedo;
+mod culling;
 mod device;
 mod painter;
 mod pipeline;
@@ -33,6 +34,8 @@ pub struct WgpuRenderer {
     pipelines: Pipelines,
     residency: Residency,
     targets: BTreeMap<(u32, u32), Arc<Target>>,
+    /// Number of the last picture.
+    picture: u32,
 }
 
 impl WgpuRenderer {
@@ -44,7 +47,7 @@ impl WgpuRenderer {
         let pipelines = Pipelines::new(&gpu);
         let residency = Residency::new(&gpu, &pipelines);
         gpu.check()?;
-        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new() })
+        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new(), picture: 0 })
     }
 
     /// The target of a size, kept for later pictures.
@@ -54,6 +57,12 @@ impl WgpuRenderer {
         }
         let target = || Arc::new(Target::new(&self.gpu, &self.pipelines, size.0, size.1));
         Arc::clone(self.targets.entry(size).or_insert_with(target))
+    }
+
+    /// What draws the next picture.
+    fn painter<'a>(&'a mut self, target: &'a Target) -> Painter<'a> {
+        self.picture = self.picture.wrapping_add(1);
+        Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target, self.picture)
     }
 }
 
@@ -100,7 +109,7 @@ impl WgpuRenderer {
     fn draw_frame(&mut self, scene: &RenderScene, shot: &Shot) -> Result<Frame, RenderError> {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let target = self.target((width, height));
-        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, &target);
+        let mut painter = self.painter(&target);
         let frustum = Frustum::of(shot);
         for placement in &scene.placements {
             if let Some(level) = frustum.level(placement) {
@@ -136,7 +145,7 @@ impl WgpuRenderer {
         target: Arc<Target>,
         slot: usize,
     ) -> Result<Atlas<'a>, RenderError> {
-        let mut painter = Painter::new(&self.gpu, &self.pipelines, &mut self.residency, &target);
+        let mut painter = self.painter(&target);
         for target_first in [true, false] {
             for (shot, viewport) in shots.iter().zip(viewports(target.width, side)) {
                 let window = shot.window(side);

@@ -2,13 +2,17 @@
 
 use super::super::projection::{light_in_model, pixels_from_model};
 use super::super::{Light, NEAR, Placement, RenderError, Shot};
+use super::culling::Culling;
 use super::device::Gpu;
 use super::pipeline::{ITEM_STRIDE, ITEMS, Item, Pipelines, Sheet};
-use super::residency::{Residency, Resident};
+use super::residency::Residency;
 use super::target::Target;
 use crate::model::Model;
 use crate::texture::TEXTURE_SIDE;
+use bytemuck::Pod;
 use std::collections::BTreeMap;
+use std::ops::Range;
+use wgpu::util::DeviceExt;
 
 /// Where a shot's image lies in a target: column, row, width, height.
 pub(super) type Viewport = [u32; 4];
@@ -23,7 +27,9 @@ const FILLINGS: u32 = 128;
 struct Call {
     viewport: Viewport,
     marking: bool,
-    resident: Resident,
+    first_vertex: u32,
+    /// Among the corners that culling left.
+    corners: Range<u32>,
 }
 
 /// Draws into one target, in as many passes as memory takes.
@@ -35,11 +41,14 @@ pub(super) struct Painter<'a> {
     pipelines: &'a Pipelines,
     residency: &'a mut Residency,
     target: &'a Target,
+    culling: Culling,
     calls: Vec<Call>,
     /// One for each call.
     items: Vec<Item>,
-    /// What is to be shaded of this filling, by array and viewport.
-    sheets: BTreeMap<(usize, Viewport), Light>,
+    /// Of what is to be shaded of this filling, by array and viewport.
+    lights: [BTreeMap<Viewport, Light>; 3],
+    /// Number by which the marks of this picture are known.
+    picture: u32,
     filling: u32,
     described: bool,
     shaded: bool,
@@ -51,15 +60,18 @@ impl<'a> Painter<'a> {
         pipelines: &'a Pipelines,
         residency: &'a mut Residency,
         target: &'a Target,
+        picture: u32,
     ) -> Self {
         Self {
             gpu,
             pipelines,
             residency,
             target,
+            culling: Culling::default(),
             calls: Vec::new(),
             items: Vec::new(),
-            sheets: BTreeMap::new(),
+            lights: Default::default(),
+            picture,
             filling: 0,
             described: false,
             shaded: false,
@@ -75,18 +87,20 @@ impl<'a> Painter<'a> {
         (placement, level): (&Placement, usize),
         marking: bool,
     ) -> Result<(), RenderError> {
-        if placement.model.mesh.triangles.is_empty() {
-            return Ok(());
-        }
         if self.calls.len() == ITEMS {
             let mut encoder = self.encoder();
             self.describe(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
         }
+        let mut corners = self.culling.add(shot, light, (placement, level));
+        if corners.is_empty() {
+            return Ok(());
+        }
         let resident = match self.residency.place(self.gpu, &placement.model, level) {
             Some(resident) => resident,
             None => {
                 self.refill(&placement.model)?;
+                corners = self.culling.add(shot, light, (placement, level));
                 let placed = self.residency.place(self.gpu, &placement.model, level);
                 placed.ok_or_else(|| self.gpu.failed("a mesh is too large for it"))?
             }
@@ -97,10 +111,11 @@ impl<'a> Painter<'a> {
             side: (TEXTURE_SIDE << resident.albedo) as f32,
             texture: resident.layer << LAYER_SHIFT | self.batch(resident.albedo) << BATCH_SHIFT,
             id: placement.id,
-            padding: [0; 42],
+            picture: self.picture,
+            padding: [0; 41],
         });
-        self.sheets.insert((resident.albedo, viewport), *light);
-        self.calls.push(Call { viewport, marking, resident });
+        self.lights[resident.albedo].insert(viewport, *light);
+        self.calls.push(Call { viewport, marking, first_vertex: resident.first_vertex, corners });
         Ok(())
     }
 
@@ -137,11 +152,15 @@ impl<'a> Painter<'a> {
     }
 
     fn describe(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        self.gpu.queue.write_buffer(&self.pipelines.items, 0, bytemuck::cast_slice(&self.items));
         let mut pass = self.target.describing(encoder, !self.described);
         self.described = true;
+        if self.calls.is_empty() {
+            return;
+        }
+        self.gpu.queue.write_buffer(&self.pipelines.items, 0, bytemuck::cast_slice(&self.items));
+        let indices = self.buffer("indices", wgpu::BufferUsages::INDEX, &self.culling.triangles);
         pass.set_vertex_buffer(0, self.residency.vertices.slice(..));
-        pass.set_index_buffer(self.residency.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
         let mut viewport = None;
         let mut marking = None;
         for (index, call) in (0..).zip(&self.calls) {
@@ -154,56 +173,68 @@ impl<'a> Painter<'a> {
             if viewport != Some(call.viewport) {
                 viewport = Some(call.viewport);
                 let [column, row, width, height] = call.viewport;
+                // Triangles are clipped to the viewport. A scissor beside it would have lavapipe copy all its state, 33 kB.
                 pass.set_viewport(column as f32, row as f32, width as f32, height as f32, 0.0, 1.0);
-                pass.set_scissor_rect(column, row, width, height);
             }
-            let resident = &call.resident;
-            pass.draw_indexed(resident.indices.clone(), resident.first_vertex as i32, 0..1);
+            pass.draw_indexed(call.corners.clone(), call.first_vertex as i32, 0..1);
         }
         drop(pass);
         self.calls.clear();
         self.items.clear();
+        self.culling.triangles.clear();
     }
 
     fn shade(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = self.target.shading(encoder, !self.shaded);
         self.shaded = true;
-        if self.sheets.is_empty() {
+        let mut sheets = Vec::new();
+        let instances = [0, 1, 2].map(|albedo| {
+            let first = sheets.len() as u32;
+            sheets.extend(self.sheets(albedo));
+            first..sheets.len() as u32
+        });
+        if sheets.is_empty() {
             return;
         }
-        let sheets: Vec<Sheet> = self
-            .sheets
-            .iter()
-            .map(|(&(albedo, viewport), light)| Sheet {
-                corners: self.corners(viewport),
-                ambient: light.ambient,
-                diffuse: light.diffuse,
-                batch: self.batch(albedo),
-            })
-            .collect();
-        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("sheets"),
-            size: size_of_val(&sheets[..]) as u64,
-            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        self.gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&sheets));
+        let buffer = self.buffer("sheets", wgpu::BufferUsages::VERTEX, &sheets);
         pass.set_pipeline(&self.pipelines.shading);
         pass.set_vertex_buffer(0, buffer.slice(..));
         pass.set_bind_group(0, &self.target.bind_group, &[]);
-        let mut first = 0;
-        for (index, albedo) in self.residency.albedos.iter().enumerate() {
-            let count =
-                self.sheets.range((index, Viewport::default())..(index + 1, Viewport::default())).count();
-            let instances = first..first + count as u32;
-            first = instances.end;
+        for (albedo, instances) in self.residency.albedos.iter().zip(instances) {
             if !instances.is_empty() {
                 pass.set_bind_group(1, &albedo.bind_group, &[]);
                 pass.draw(0..6, instances);
             }
         }
         drop(pass);
-        self.sheets.clear();
+        self.lights = Default::default();
+    }
+
+    /// What is to be shaded with the textures of an array: the target as a whole where there is one light.
+    fn sheets(&self, albedo: usize) -> Vec<Sheet> {
+        let sheet = |viewport, light: &Light| Sheet {
+            corners: self.corners(viewport),
+            ambient: light.ambient,
+            diffuse: light.diffuse,
+            batch: self.batch(albedo),
+            picture: self.picture,
+        };
+        let lights = &self.lights[albedo];
+        match lights.values().next() {
+            Some(first) if lights.values().all(|light| light == first) => {
+                vec![sheet([0, 0, self.target.width, self.target.height], first)]
+            }
+            _ => lights.iter().map(|(&viewport, light)| sheet(viewport, light)).collect(),
+        }
+    }
+
+    fn buffer<T: Pod>(&self, label: &str, usage: wgpu::BufferUsages, contents: &[T]) -> wgpu::Buffer {
+        let contents = bytemuck::cast_slice(contents);
+        self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents,
+            usage,
+        })
     }
 
     /// Lower and upper corner of a viewport in the target's clip coordinates.

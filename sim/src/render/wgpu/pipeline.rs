@@ -16,8 +16,10 @@ pub(super) struct Item {
     /// Layer and batch, as bits of a surface.
     pub texture: u32,
     pub id: u32,
+    /// What marks its pixels.
+    pub picture: u32,
     /// Of the struct, and up to the alignment that uniforms need.
-    pub padding: [u32; 42],
+    pub padding: [u32; 41],
 }
 
 /// A part of a target that is shaded: the pixels of one batch.
@@ -29,6 +31,7 @@ pub(super) struct Sheet {
     pub ambient: [f32; 3],
     pub diffuse: [f32; 3],
     pub batch: u32,
+    pub picture: u32,
 }
 
 /// Distance between items in their buffer, bytes.
@@ -167,7 +170,7 @@ fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
     };
     let fragment = wgpu::ShaderStages::FRAGMENT;
     [
-        layout("item", &[entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, item)]),
+        layout("item", &[entry(0, wgpu::ShaderStages::VERTEX, item)]),
         layout("surfaces", &[entry(0, fragment, surfaces)]),
         layout("textures", &[entry(0, fragment, colors), entry(1, fragment, sampler)]),
     ]
@@ -242,12 +245,19 @@ fn shading(
                 array_stride: size_of::<Sheet>() as u64,
                 step_mode: wgpu::VertexStepMode::Instance,
                 attributes: &wgpu::vertex_attr_array![
-                    0 => Float32x4, 1 => Float32x3, 2 => Float32x3, 3 => Uint32
+                    0 => Float32x4, 1 => Float32x3, 2 => Float32x3, 3 => Uint32, 4 => Uint32
                 ],
             })],
         },
         primitive: Default::default(),
-        depth_stencil: None,
+        // Only where something was drawn.
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(false),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: shader,

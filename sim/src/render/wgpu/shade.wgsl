@@ -10,6 +10,7 @@ struct Item {
     side: f32,
     texture: u32,
     id: u32,
+    picture: u32,
 }
 
 // A uniform of its own for each draw: lavapipe reads storage buffers vertex by vertex, which took a third of a tile's time.
@@ -19,11 +20,16 @@ struct Corner {
     @builtin(position) position: vec4f,
     @location(0) uv: vec2f,
     @location(1) incidence: f32,
+    // Of the item. The fragment shader reads no uniform: lavapipe would copy all its state, 33 kB, for each that changes.
+    @location(2) @interpolate(flat) side: f32,
+    @location(3) @interpolate(flat) texture_id_picture: vec3u,
 }
 
 @vertex
 fn project(@location(0) position: vec3f, @location(1) normal: vec3f, @location(2) uv: vec2f) -> Corner {
-    return Corner(item.clip_from_model * vec4f(position, 1.0), uv, dot(normal, item.light_in_model));
+    let clip = item.clip_from_model * vec4f(position, 1.0);
+    let incidence = dot(normal, item.light_in_model);
+    return Corner(clip, uv, incidence, item.side, vec3u(item.texture, item.id, item.picture));
 }
 
 // The square of a pixel's extent along an axis of the image, from what is linear in the image.
@@ -32,22 +38,23 @@ fn extent(over_depth: vec2f, uv: vec2f, nearness: f32) -> f32 {
     return dot(step, step);
 }
 
-// x: texture coordinates; y: `n . l` in 11 bits, the mip level in 4, the layer in 8, the batch; z: id; w: the mark of a tile's target, which the
-// other placements' pipeline does not write.
+// x: texture coordinates; y: `n . l` in 11 bits, the mip level in 4, the layer in 8, the batch; z: id; w: the mark of a tile's target, the
+// picture's number, which the other placements' pipeline does not write.
 @fragment
 fn describe(corner: Corner) -> @location(0) vec4u {
     let nearness = corner.position.w;
     let over_depth = corner.uv * nearness;
     let along_row = extent(dpdx(over_depth), corner.uv, dpdx(nearness));
     let along_column = extent(dpdy(over_depth), corner.uv, dpdy(nearness));
-    let texels = item.side / nearness;
+    let texels = corner.side / nearness;
     // Between 2^(2l - 1) and 2^(2l + 1) at level l.
     let footprint = max(along_row, along_column) * (texels * texels);
     let exponent = (bitcast<i32>(footprint) >> 23u) - 127;
-    let coarsest = (bitcast<i32>(item.side) >> 23u) - 127;
+    let coarsest = (bitcast<i32>(corner.side) >> 23u) - 127;
     let level = u32(clamp((exponent + 1) >> 1u, 0, coarsest));
     let incidence = u32(clamp(corner.incidence, 0.0, 1.0) * 2047.0 + 0.5);
-    return vec4u(pack2x16unorm(fract(corner.uv)), incidence | (level << 11u) | item.texture, item.id, 1u);
+    let item = corner.texture_id_picture;
+    return vec4u(pack2x16unorm(fract(corner.uv)), incidence | (level << 11u) | item.x, item.yz);
 }
 
 @group(0) @binding(0) var surfaces: texture_2d<u32>;
@@ -59,6 +66,7 @@ struct Sheet {
     @location(0) @interpolate(flat) ambient: vec3f,
     @location(1) @interpolate(flat) diffuse: vec3f,
     @location(2) @interpolate(flat) batch: u32,
+    @location(3) @interpolate(flat) picture: u32,
 }
 
 struct Pixel {
@@ -75,10 +83,11 @@ fn cover(
     @location(1) ambient: vec3f,
     @location(2) diffuse: vec3f,
     @location(3) batch: u32,
+    @location(4) picture: u32,
 ) -> Sheet {
     let corner = index % 3u + index / 3u;
     let position = select(corners.xy, corners.zw, vec2(corner % 2u == 1u, corner > 1u));
-    return Sheet(vec4f(position, 0.0, 1.0), ambient, diffuse, batch);
+    return Sheet(vec4f(position, 0.0, 1.0), ambient, diffuse, batch, picture);
 }
 
 // sRGB is a line near black and beyond it, but for an offset, a power: irradiance then multiplies the encoded colour by a power of
@@ -100,5 +109,5 @@ fn shade(sheet: Sheet) -> Pixel {
     let layer = (surface.y >> 15u) & 255u;
     let texel = textureSampleLevel(textures, bilinear, unpack2x16unorm(surface.x), layer, level);
     let color = lit(texel.rgb, sheet.ambient + sheet.diffuse * incidence);
-    return Pixel(vec4f(color, f32(surface.w)), surface.z);
+    return Pixel(vec4f(color, f32(surface.w == sheet.picture)), surface.z);
 }

@@ -60,11 +60,10 @@ impl Target {
 
     /// A pass that writes surfaces and depths; `fresh` forgets what was drawn.
     pub fn describing<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
-        let nothing = f64::from(NOTHING);
-        let nothing = wgpu::Color { r: 0.0, g: nothing, b: nothing, a: 0.0 };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("describing"),
-            color_attachments: &[attachment(&view(&self.surfaces), nothing, fresh)],
+            // What surfaces are where nothing is drawn does not matter.
+            color_attachments: &[attachment(&view(&self.surfaces), wgpu::Color::TRANSPARENT, false)],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&self.depth),
                 depth_ops: Some(wgpu::Operations { load: load(0.0, fresh), store: wgpu::StoreOp::Store }),
@@ -83,6 +82,11 @@ impl Target {
                 attachment(&view(&self.color), wgpu::Color::TRANSPARENT, fresh),
                 attachment(&view(&self.ids), nothing, fresh),
             ],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &view(&self.depth),
+                depth_ops: None,
+                stencil_ops: None,
+            }),
             ..Default::default()
         })
     }

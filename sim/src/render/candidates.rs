@@ -2,8 +2,7 @@
 //!
 //! Most do not, and which do the CPU cannot predict: all are looked at without branches.
 
-use super::raster::pixels;
-use super::view::{Vertex, outside};
+use super::view::{Vertex, outside, pixels};
 
 /// Triangles that are looked at together.
 const BATCH: usize = 16;
@@ -23,9 +22,16 @@ struct Corners {
 }
 
 impl Candidates {
-    /// The numbers of the triangles that face the camera and have a pixel's centre in the box around them, or need clipping.
+    /// The numbers of the triangles that face the camera and have a pixel's centre in the box around them, or need clipping;
+    /// with `slack`, also of those that would if each corner were moved by so many subpixels.
     #[inline(always)]
-    pub fn find(&mut self, triangles: &[[u32; 3]], vertices: &[Vertex], size: [i32; 2]) -> &[u32] {
+    pub fn find(
+        &mut self,
+        triangles: &[[u32; 3]],
+        vertices: &[Vertex],
+        size: [i32; 2],
+        slack: i32,
+    ) -> &[u32] {
         if self.numbers.len() < triangles.len() {
             self.numbers.resize(triangles.len(), 0);
         }
@@ -51,7 +57,7 @@ impl Candidates {
                     corners.outside[corner][i] = vertex.outside;
                 }
             }
-            let kept = corners.kept(size);
+            let kept = corners.kept(size, slack);
             for i in first..last {
                 numbers[count] = numbers[i];
                 count += (kept[i - first] & 1) as usize;
@@ -64,18 +70,21 @@ impl Candidates {
 impl Corners {
     /// All bits of a triangle that is a candidate, else none.
     #[inline(always)]
-    fn kept(&self, [width, height]: [i32; 2]) -> [i32; BATCH] {
+    fn kept(&self, [width, height]: [i32; 2], slack: i32) -> [i32; BATCH] {
         let Self { x, y, outside } = self;
         let mut away = [0; BATCH];
         for i in 0..BATCH {
             let across = |axis: &[[i32; BATCH]; 3], corner: usize| i64::from(axis[corner][i] - axis[0][i]);
-            let area = across(y, 1) * across(x, 2) - across(x, 1) * across(y, 2);
-            away[i] = ((area - 1) >> 63) as i32;
+            let [x1, x2, y1, y2] = [across(x, 1), across(x, 2), across(y, 1), across(y, 2)];
+            // By how much twice the area changes at most where the corners move.
+            let change = i64::from(2 * slack) * (x1.abs() + x2.abs() + y1.abs() + y2.abs())
+                + i64::from(8 * slack * slack);
+            away[i] = ((y1 * x2 - x1 * y2 + change - 1) >> 63) as i32;
         }
         let mut kept = [0; BATCH];
         for i in 0..BATCH {
-            let (left, right) = pixels([x[0][i], x[1][i], x[2][i]], width);
-            let (top, bottom) = pixels([y[0][i], y[1][i], y[2][i]], height);
+            let (left, right) = pixels([x[0][i], x[1][i], x[2][i]], width, slack);
+            let (top, bottom) = pixels([y[0][i], y[1][i], y[2][i]], height, slack);
             let covers = (left - right) & (top - bottom) & !away[i];
             let clipped = -(((outside[0][i] | outside[1][i] | outside[2][i]) & outside::UNPROJECTED) as i32);
             kept[i] = (covers | clipped) >> 31;
@@ -86,7 +95,6 @@ impl Corners {
 
 #[cfg(test)]
 mod tests {
-    use super::super::raster::Outline;
     use super::*;
     use vantage_dataset::Seed;
 
@@ -96,25 +104,43 @@ mod tests {
         Vertex { x, y, inverse_depth: 1.0, outside }
     }
 
-    #[test]
-    fn candidates_are_the_triangles_that_have_an_outline() {
+    /// Triangles about the image, and of all sizes: some face away, lie beyond or fall between the pixels' centres.
+    fn random_triangles(count: usize) -> Vec<Vertex> {
         let mut random = Seed(5).stream("triangles", 0);
-        // About the image, and of all sizes: some face away, lie beyond or fall between the pixels' centres.
-        let vertices: Vec<Vertex> = (0..3 * 1000)
+        (0..3 * count)
             .map(|i| {
                 let size = [40, 400, 20_000][i / 3 % 3];
                 let mut at = |side: i32| 128 * side - size / 2 + random.below(size as usize) as i32;
                 vertex(at(SIZE[0]), at(SIZE[1]), 0)
             })
-            .collect();
-        let triangles: Vec<[u32; 3]> = (0..1000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let outlined = |triangle: &[u32; 3]| {
-            let corners = triangle.map(|index| [vertices[index as usize].x, vertices[index as usize].y]);
-            Outline::new(corners, SIZE[0], SIZE[1]).is_some()
-        };
-        let expected: Vec<u32> = (0..1000).filter(|&i| outlined(&triangles[i as usize])).collect();
-        assert!((200..800).contains(&expected.len()), "{} of 1000", expected.len());
-        assert_eq!(Candidates::default().find(&triangles, &vertices, SIZE), expected);
+            .collect()
+    }
+
+    fn found(vertices: &[Vertex], slack: i32) -> Vec<u32> {
+        let triangles: Vec<[u32; 3]> =
+            (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Candidates::default().find(&triangles, vertices, SIZE, slack).to_vec()
+    }
+
+    #[test]
+    fn slack_keeps_what_moved_corners_make_a_candidate_and_not_all() {
+        const SLACK: i32 = 16;
+        let vertices = random_triangles(3000);
+        let (exact, kept) = (found(&vertices, 0), found(&vertices, SLACK));
+        let mut random = Seed(6).stream("moves", 0);
+        let mut moved_in = 0;
+        for _ in 0..20 {
+            let mut moved = vertices.clone();
+            for vertex in &mut moved {
+                let mut shift = || random.below(2 * SLACK as usize + 1) as i32 - SLACK;
+                (vertex.x, vertex.y) = (vertex.x + shift(), vertex.y + shift());
+            }
+            let candidates = found(&moved, 0);
+            assert!(candidates.iter().all(|number| kept.binary_search(number).is_ok()));
+            moved_in += candidates.iter().filter(|number| exact.binary_search(number).is_err()).count();
+        }
+        assert!(moved_in > 100, "{moved_in}");
+        assert!(kept.len() < 2 * exact.len(), "{} for {}", kept.len(), exact.len());
     }
 
     #[test]
@@ -124,14 +150,14 @@ mod tests {
         let inside = vertex(100, 100, 0);
         let vertices = [near, guard, left, inside];
         let triangles = [[0, 0, 3], [0, 1, 2], [1, 1, 1], [0, 0, 0], [2, 2, 2], [2, 2, 3]];
-        assert_eq!(Candidates::default().find(&triangles, &vertices, SIZE), [0, 1, 2]);
+        assert_eq!(Candidates::default().find(&triangles, &vertices, SIZE, 0), [0, 1, 2]);
     }
 
     #[test]
     fn room_is_used_again() {
         let vertices = [vertex(0, 0, 0), vertex(0, 4000, 0), vertex(4000, 0, 0)];
         let mut candidates = Candidates::default();
-        assert_eq!(candidates.find(&[[0, 1, 2]; 40], &vertices, SIZE).len(), 40);
-        assert_eq!(candidates.find(&[[0, 2, 1], [0, 1, 2]], &vertices, SIZE), [1]);
+        assert_eq!(candidates.find(&[[0, 1, 2]; 40], &vertices, SIZE, 0).len(), 40);
+        assert_eq!(candidates.find(&[[0, 2, 1], [0, 1, 2]], &vertices, SIZE, 0), [1]);
     }
 }

@@ -1,7 +1,7 @@
 //! How one placement is seen: from the model's frame to pixels and light.
 
-use super::super::projection::{light_in_model, pixels_from_model};
-use super::super::{Light, NEAR, Placement, Shot};
+use super::projection::{light_in_model, pixels_from_model};
+use super::{Light, NEAR, Placement, Shot};
 use nalgebra::Matrix3x4;
 
 /// Subpixels of a pixel, as on GPUs.
@@ -115,6 +115,15 @@ impl View {
         let l = self.light_in_model;
         normal[0] * l[0] + normal[1] * l[1] + normal[2] * l[2]
     }
+}
+
+/// The pixels, up to a limit, whose centres are at most `slack` beyond the least and the greatest of a triangle's coordinates: the
+/// first, and the first beyond.
+#[inline(always)]
+pub(super) fn pixels([a, b, c]: [i32; 3], limit: i32, slack: i32) -> (i32, i32) {
+    const HALF: i32 = SUBPIXELS / 2;
+    let (low, high) = (a.min(b).min(c) - slack, a.max(b).max(c) + slack);
+    (((low + HALF - 1) >> 8).max(0), ((high + HALF) >> 8).min(limit))
 }
 
 /// The nearest subpixel of a coordinate within [`GUARD`], and any for others: faster than a cast, which saturates.
