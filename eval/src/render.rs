@@ -20,7 +20,7 @@ pub enum Style {
     Markdown,
 }
 
-/// Scores, then paired differences to the reference, each as mean and half width of the 95% interval.
+/// Scores, then paired differences to the reference, each as mean and half width of the 95% interval; then why runs failed.
 pub fn tables(table: &Table, style: Style) -> String {
     let n = table.seeds().len();
     let summary = table.summary();
@@ -32,7 +32,23 @@ pub fn tables(table: &Table, style: Style) -> String {
         text += &grid(table, &summary, style, |cell| cell.difference, others);
     }
     text.push('\n');
-    text
+    text + &failures(table)
+}
+
+/// A line for each reason that runs failed for, with their methods and seeds; empty where none did.
+fn failures(table: &Table) -> String {
+    let mut reasons: BTreeMap<&str, BTreeMap<&str, Vec<String>>> = BTreeMap::new();
+    for run in table.runs() {
+        if let Outcome::Failed(reason) = &run.outcome {
+            let methods = reasons.entry(reason).or_default();
+            methods.entry(&run.method).or_default().push(run.seed.0.to_string());
+        }
+    }
+    let line = |(reason, methods): (&str, BTreeMap<&str, Vec<String>>)| {
+        let runs = methods.iter().map(|(method, seeds)| format!("{method} on seed {}", seeds.join(", ")));
+        format!("\nFailed: {}: {reason}\n", runs.collect::<Vec<_>>().join("; "))
+    };
+    reasons.into_iter().map(line).collect()
 }
 
 fn grid<'a>(
@@ -186,6 +202,10 @@ mod tests {
         assert_eq!(line("| viewpoint_dependent", 0)[2], "4 (1 failed, 1 flagged)");
         assert_eq!(line("| viewpoint_dependent", 1)[3], "-0.1000 +- 0.0000 (n=3)");
         assert_eq!(text.lines().filter(|l| l.starts_with("| geometric")).count(), 1);
+        assert_eq!(
+            text.lines().filter(|l| l.starts_with("Failed")).collect::<Vec<_>>(),
+            ["Failed: viewpoint_dependent on seed 0: no, \"really\""]
+        );
         assert!(!text.contains("NaN") && text.lines().any(|l| l.starts_with("|--")));
         let csv = String::from_utf8(csv(&table).unwrap()).unwrap();
         assert_eq!(csv.lines().next(), Some("method,seed,outcome,ate_m,heading_rad"));

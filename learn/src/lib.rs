@@ -53,7 +53,9 @@ pub use onnx::{OPERATORS, OPSETS, Signature, TensorSpec};
 pub use predictive_model::{PredictiveLinearization, PredictiveModel};
 pub use residual::ResidualNoise;
 pub use role::{Convention, Kind, Role, Sizes};
-pub use spec::{ClassSpec, InstanceTerm, Motion, Objective, Pairs, PredictiveSpec, TrainingSpec};
+pub use spec::{
+    ClassSpec, InstanceTerm, Motion, Objective, Pairs, PredictiveSpec, TrainingSpec, TrunkTarget,
+};
 #[cfg(feature = "train")]
 pub use train::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, INSTANCE_LIST, Progress, SHEET, Stage, TrainError, Training,

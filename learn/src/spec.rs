@@ -47,6 +47,17 @@ pub enum Pairs {
     Adjacent,
 }
 
+/// What the trunk of the viewpoint-predictive model learns from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TrunkTarget {
+    /// Motions between the views of a session, as odometry tells them.
+    #[default]
+    Motions,
+    /// True viewpoints, as the viewpoint-dependent model's trunk does: what it costs to do without them.
+    TrueViewpoints,
+}
+
 /// How the instance term ties a latent `e` to its instance `beta`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -68,6 +79,10 @@ pub struct PredictiveSpec {
     /// Which views make pairs.
     #[garde(skip)]
     pub pairs: Pairs,
+    /// What the trunk learns from.
+    #[garde(skip)]
+    #[serde(skip_serializing_if = "is_default")]
+    pub trunk: TrunkTarget,
     /// Share of predictions that see the reduced measurement of the first view beside the latent, as Eq. 15 has it. Less than 1, since
     /// calibration, scores and the estimator ask without a first view.
     #[garde(range(min = 0.0, max = 0.9), custom(not_nan))]
@@ -159,7 +174,12 @@ pub struct TrainingSpec {
 
 impl Default for PredictiveSpec {
     fn default() -> Self {
-        Self { motion: Motion::default(), pairs: Pairs::default(), source: 0.5 }
+        Self {
+            motion: Motion::default(),
+            pairs: Pairs::default(),
+            trunk: TrunkTarget::default(),
+            source: 0.5,
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::{Pose, Sighting, Split, ViewSet};
 use vantage_learn::{
     CURVE_TABLE, ClassSpec, InstanceTerm, Kind, LatentGaussian, Model, Motion, Objective, Pairs,
-    PredictiveSpec, Progress, Stage, TrainError, TrainingSpec,
+    PredictiveSpec, Progress, Stage, TrainError, TrainingSpec, TrunkTarget,
 };
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
@@ -130,6 +130,18 @@ fn the_predictive_model_reads_odometry_and_nothing_true() {
     assert!(curve(&set, &spec) == curve(&lied_to, &spec));
     let told = predictive(PredictiveSpec { motion: Motion::TrueObjectCentred, ..PredictiveSpec::default() });
     assert!(curve(&set, &told) != curve(&lied_to, &told));
+}
+
+#[test]
+fn a_predictive_model_may_have_the_trunk_of_one_that_is_told_viewpoints() {
+    let set = toured(training_views());
+    let trunk = |spec: &TrainingSpec| -> Vec<String> {
+        curve(&set, spec).lines().filter(|line| line.starts_with("trunk")).map(str::to_owned).collect()
+    };
+    let known =
+        predictive(PredictiveSpec { trunk: TrunkTarget::TrueViewpoints, ..PredictiveSpec::default() });
+    assert!(trunk(&known) == trunk(&tiny_spec()));
+    assert!(trunk(&known) != trunk(&predictive(PredictiveSpec::default())));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::run::{Step, scalar};
 use super::trunk_network::TrunkWithHead;
 use super::views::Views;
 use crate::architecture::{Architecture, UPRIGHT};
-use crate::spec::{Motion, Objective, TrainingSpec};
+use crate::spec::{Motion, Objective, TrainingSpec, TrunkTarget};
 use burn::optim::GradientsParams;
 use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -50,6 +50,9 @@ impl Task {
     pub(crate) fn of(spec: &TrainingSpec) -> Self {
         match (spec.objective, spec.predictive.motion) {
             (Objective::ViewpointDependent | Objective::DiscreteClass, _) => Task::Viewpoint,
+            (Objective::ViewpointPredictive, _) if spec.predictive.trunk == TrunkTarget::TrueViewpoints => {
+                Task::Viewpoint
+            }
             (Objective::ViewpointPredictive, Motion::Camera) => Task::Motion,
             (Objective::ViewpointPredictive, _) => Task::Change,
             (Objective::Autoencoder, _) => Task::Image,
