@@ -45,7 +45,11 @@ fn failures(table: &Table) -> String {
         }
     }
     let line = |(reason, methods): (&str, BTreeMap<&str, Vec<String>>)| {
-        let runs = methods.iter().map(|(method, seeds)| format!("{method} on seed {}", seeds.join(", ")));
+        let runs = methods.iter().map(|(method, seeds)| {
+            let plural = if seeds.len() == 1 { "" } else { "s" };
+            format!("{method} on seed{plural} {}", seeds.join(", "))
+        });
+        let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
         format!("\nFailed: {}: {reason}\n", runs.collect::<Vec<_>>().join("; "))
     };
     reasons.into_iter().map(line).collect()

@@ -51,7 +51,7 @@ pub enum Pairs {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TrunkTarget {
-    /// Motions between the views of a session, as odometry tells them.
+    /// Changes between the views of a session, as `motion` tells them.
     #[default]
     Motions,
     /// True viewpoints, as the viewpoint-dependent model's trunk does: what it costs to do without them.
@@ -79,7 +79,7 @@ pub struct PredictiveSpec {
     /// Which views make pairs.
     #[garde(skip)]
     pub pairs: Pairs,
-    /// What the trunk learns from.
+    /// What the trunk learns from; `motions` by default.
     #[garde(skip)]
     #[serde(skip_serializing_if = "is_default")]
     pub trunk: TrunkTarget,

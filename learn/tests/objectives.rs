@@ -227,7 +227,7 @@ fn a_trunk_learns_instances_beside_viewpoints_where_it_is_asked_to() {
 
 #[test]
 fn trainings_that_differ_in_stage_two_share_a_trunk_and_no_result_changes() {
-    let (set, validation) = (training_views(), validation_views());
+    let (set, validation) = (toured(training_views()), toured(validation_views()));
     let trunks = tempfile::tempdir().unwrap();
     let other = TrainingSpec { instance_weight: 0.0, ..tiny_spec() };
     let run = |spec: &TrainingSpec, trunks: Option<&Path>| {
@@ -241,6 +241,8 @@ fn trainings_that_differ_in_stage_two_share_a_trunk_and_no_result_changes() {
     let (steps, shared) = run(&other, Some(trunks.path()));
     assert_eq!(steps, 0);
     assert!(shared == run(&other, None).1);
+    let told = predictive(PredictiveSpec { trunk: TrunkTarget::TrueViewpoints, ..PredictiveSpec::default() });
+    assert_eq!(run(&told, Some(trunks.path())).0, 0);
     for of_its_own in [
         TrainingSpec { measurement_dim: 7, ..tiny_spec() },
         TrainingSpec { trunk_instance_weight: 1.0, ..tiny_spec() },

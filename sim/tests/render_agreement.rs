@@ -11,7 +11,7 @@ use vantage_dataset::Camera;
 use vantage_sim::render::choice::{RendererChoice, open};
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::wgpu::WgpuRenderer;
-use vantage_sim::render::{RenderError, RenderScene, Renderer, Shot, TileShot};
+use vantage_sim::render::{Light, RenderError, RenderScene, Renderer, Shot, TileShot};
 use vantage_sim::texture::Texture;
 
 /// Share of pixels whose ids may differ; all of them must lie on edges.
@@ -199,7 +199,10 @@ fn objects_agree() {
 fn tiles_agree_over_several_atlases() {
     let Some(mut wgpu) = wgpu() else { return };
     let scene = cluttered();
-    let dim = RenderScene { background: [3, 2, 1], ..scene_of(scene.placements[..3].to_vec()) };
+    let few = scene_of(scene.placements[..3].to_vec());
+    // A third of the tiles in another light, by which they are shaded apart.
+    let dim = Light { ambient: [0.2, 0.15, 0.1], diffuse: [0.3; 3], ..few.light };
+    let dim = RenderScene { background: [3, 2, 1], light: dim, ..few };
     let viewpoints = viewpoints();
     for (side, count) in [(32, 1500), (200, 60), (1100, 3)] {
         let shots: Vec<_> = (0..count)

@@ -157,16 +157,23 @@ fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<T
 
     let components = Components::fit(views.set, architecture.components, seed);
     let task = Task::of(spec);
-    let known = match (task, spec.objective) {
-        (Task::Viewpoint, Objective::ViewpointPredictive) => {
-            let spec = TrainingSpec { objective: Objective::ViewpointDependent, ..spec.clone() };
-            Some(Views::new(views.set, Split::Train, TRAINING_INSTANCES, &spec, seed)?)
-        }
-        _ => None,
+    // Of a viewpoint-predictive model the trunk alone may be told true viewpoints.
+    let known = if task == Task::Viewpoint && spec.objective == Objective::ViewpointPredictive {
+        let told = TrainingSpec { objective: Objective::ViewpointDependent, ..spec.clone() };
+        Some(Views::new(views.set, Split::Train, TRAINING_INSTANCES, &told, seed)?)
+    } else {
+        None
     };
-    let seen = known.as_ref().unwrap_or(views);
-    let data =
-        TrunkData { task, views: seen, components: Some(&components), spec, seed, device: &device, on_gpu };
+    let of_trunk = known.as_ref().unwrap_or(views);
+    let data = TrunkData {
+        task,
+        views: of_trunk,
+        components: Some(&components),
+        spec,
+        seed,
+        device: &device,
+        on_gpu,
+    };
     let trunk = run.descend(
         Stage::Trunk,
         spec.trunk_steps as usize,

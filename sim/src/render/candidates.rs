@@ -2,7 +2,7 @@
 //!
 //! Most do not, and which do the CPU cannot predict: all are looked at without branches.
 
-use super::view::{Vertex, outside, pixels};
+use super::view::{SUBPIXELS, Vertex, outside, pixels};
 
 /// Triangles that are looked at together.
 const BATCH: usize = 16;
@@ -23,7 +23,7 @@ struct Corners {
 
 impl Candidates {
     /// The numbers of the triangles that face the camera and have a pixel's centre in the box around them, or need clipping;
-    /// with `slack`, also of those that would if each corner were moved by so many subpixels.
+    /// with `slack`, less than half a pixel, also of those that would if each corner were moved by so many subpixels.
     #[inline(always)]
     pub fn find(
         &mut self,
@@ -32,6 +32,8 @@ impl Candidates {
         size: [i32; 2],
         slack: i32,
     ) -> &[u32] {
+        // What lies beyond a side of the window is half a pixel from any centre, and stays beyond them.
+        debug_assert!(slack < SUBPIXELS / 2);
         if self.numbers.len() < triangles.len() {
             self.numbers.resize(triangles.len(), 0);
         }

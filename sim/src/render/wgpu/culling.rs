@@ -8,7 +8,8 @@ use super::super::widest::widest;
 use super::super::{Light, Placement, Shot};
 use std::ops::Range;
 
-/// By how much the device may see a corner elsewhere, subpixels: Vulkan asks for no finer grid than 1/16 pixel.
+/// By how much the device may see a corner elsewhere, subpixels: Vulkan asks for no finer grid than 1/16 pixel, half of which a corner
+/// moves, and single precision adds less than the other half, but for corners next to the near plane.
 const SLACK: i32 = SUBPIXELS / 16;
 
 /// The triangles that are left of meshes.
@@ -21,7 +22,7 @@ pub(super) struct Culling {
 }
 
 impl Culling {
-    /// Adds those of a placement's level of detail, in their order; where their corners are among all.
+    /// Adds those of a placement's level of detail, in their order, and returns their range among the corners of all.
     pub fn add(&mut self, shot: &Shot, light: &Light, (placement, level): (&Placement, usize)) -> Range<u32> {
         let mesh = placement.model.mesh_at(level);
         let view = View::new(shot, placement, light);

@@ -23,6 +23,9 @@ const LAYER_SHIFT: u32 = 15;
 /// How often the device can be filled with models for one picture.
 const FILLINGS: u32 = 128;
 
+/// Triangles that a pass begins no further call after: their corners are 48 MiB.
+const TRIANGLES: usize = 1 << 22;
+
 #[derive(Debug)]
 struct Call {
     viewport: Viewport,
@@ -87,7 +90,7 @@ impl<'a> Painter<'a> {
         (placement, level): (&Placement, usize),
         marking: bool,
     ) -> Result<(), RenderError> {
-        if self.calls.len() == ITEMS {
+        if self.calls.len() == ITEMS || self.culling.triangles.len() >= TRIANGLES {
             let mut encoder = self.encoder();
             self.describe(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
@@ -219,9 +222,10 @@ impl<'a> Painter<'a> {
             batch: self.batch(albedo),
             picture: self.picture,
         };
+        let same = |a: &Light, b: &Light| (a.ambient, a.diffuse) == (b.ambient, b.diffuse);
         let lights = &self.lights[albedo];
         match lights.values().next() {
-            Some(first) if lights.values().all(|light| light == first) => {
+            Some(first) if lights.values().all(|light| same(light, first)) => {
                 vec![sheet([0, 0, self.target.width, self.target.height], first)]
             }
             _ => lights.iter().map(|(&viewport, light)| sheet(viewport, light)).collect(),

@@ -53,8 +53,8 @@ fn describe(corner: Corner) -> @location(0) vec4u {
     let coarsest = (bitcast<i32>(corner.side) >> 23u) - 127;
     let level = u32(clamp((exponent + 1) >> 1u, 0, coarsest));
     let incidence = u32(clamp(corner.incidence, 0.0, 1.0) * 2047.0 + 0.5);
-    let item = corner.texture_id_picture;
-    return vec4u(pack2x16unorm(fract(corner.uv)), incidence | (level << 11u) | item.x, item.yz);
+    let labels = corner.texture_id_picture;
+    return vec4u(pack2x16unorm(fract(corner.uv)), incidence | (level << 11u) | labels.x, labels.yz);
 }
 
 @group(0) @binding(0) var surfaces: texture_2d<u32>;
