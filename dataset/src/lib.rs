@@ -24,6 +24,7 @@ pub mod sighting;
 pub mod store;
 pub mod viewpoint;
 pub mod views;
+pub mod widest;
 pub mod window;
 
 pub use camera::Camera;

@@ -5,6 +5,7 @@ use super::rows::numbers;
 use burn::module::{Module, ModuleMapper, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::{Tensor, TensorData};
+use vantage_dataset::widest::widest;
 
 const DECAY: [f32; 2] = [0.9, 0.999];
 const EPSILON: f32 = 1e-8;
@@ -64,12 +65,17 @@ impl Moments {
         self.steps += 1;
         let [a, b] = DECAY;
         let (first_bias, second_bias) = (1.0 - a.powi(self.steps), 1.0 - b.powi(self.steps));
-        let moments = self.first.iter_mut().zip(&mut self.second);
-        for ((weight, gradient), (first, second)) in weights.iter_mut().zip(gradient).zip(moments) {
-            *first = a * *first + (1.0 - a) * gradient;
-            *second = b * *second + (1.0 - b) * gradient * gradient;
-            *weight -= rate * (*first / first_bias) / ((*second / second_bias).sqrt() + EPSILON);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                let moments = self.first.iter_mut().zip(&mut self.second);
+                for ((weight, gradient), (first, second)) in weights.iter_mut().zip(gradient).zip(moments) {
+                    *first = a * *first + (1.0 - a) * gradient;
+                    *second = b * *second + (1.0 - b) * gradient * gradient;
+                    *weight -= rate * (*first / first_bias) / ((*second / second_bias).sqrt() + EPSILON);
+                }
+            },
+        );
         weights
     }
 }

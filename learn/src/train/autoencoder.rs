@@ -10,6 +10,7 @@
 //! some, `z_1` beside it: `p(z_v | e, z_1, Delta X)`; `p(z_1 | e)` is its term `v = 1`. With `V = 2, K = 1` it is Eq. 20.
 
 use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
+use super::exponential::exp;
 use super::features::Features;
 use super::instance_term::Alone;
 use super::rows::{rows_of, table};
@@ -162,7 +163,7 @@ fn part_step(network: &Autoencoder, bound: &Bound, index: usize, part: usize) ->
     let turn = Turn::new(layout, &conditioning);
     let inputs = encoder_input(architecture, features.crop(&batch.views, device), &conditioning);
     let factor = network.encode(layout, inputs, &turn);
-    let precision = factor.log_variance.neg().exp();
+    let precision = exp(factor.log_variance.neg());
 
     let encoded = Tensor::<2>::from_data(TensorData::new(batch.encoded, [rows, 1]), device);
     let informed = for_each_number(layout, precision.clone() * encoded);

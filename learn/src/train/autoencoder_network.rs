@@ -1,5 +1,6 @@
 //! The networks of stage 2: encoder and decoder.
 
+use super::exponential::silu;
 use super::features::Frozen;
 use super::layers::{Gain, dense, linear, of_fixed_variance, zeros};
 use super::turn::{Turn, turned};
@@ -8,7 +9,7 @@ use crate::architecture::{Architecture, CLASS_SHARPNESS, LOG_VARIANCE};
 use crate::latent::LatentLayout;
 use burn::module::{Module, Param};
 use burn::nn::Linear;
-use burn::tensor::activation::{relu, silu, softmax};
+use burn::tensor::activation::{relu, softmax};
 use burn::tensor::{Device, Tensor, TensorData};
 use vantage_dataset::Seed;
 use vantage_dataset::viewpoint::HARMONICS;

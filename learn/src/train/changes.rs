@@ -5,12 +5,12 @@
 //! views agree after it. They have unit length: were they free to vanish, all changes would be equally likely, and stay so,
 //! since a gradient by one of them is proportional to the other.
 
+use super::exponential::log_softmax;
 use super::rows::table;
 use super::trunk::{BINS, soft_labels};
 use super::turn::{Turn, turned};
 use crate::architecture::UPRIGHT;
 use crate::latent::LatentLayout;
-use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor};
 use std::f64::consts::PI;
 use vantage_dataset::viewpoint::HARMONICS;
@@ -67,7 +67,7 @@ pub(crate) fn loss(
 
     // In the session's frame no change is the right one; the bins of changes are centred where those of angles begin.
     let right = soft_labels([PI / BINS as f64].into_iter(), device);
-    let cross_entropy = (log_softmax(agreement / TEMPERATURE, 1) * right).sum_dim(1).neg();
+    let cross_entropy = (log_softmax(agreement / TEMPERATURE) * right).sum_dim(1).neg();
     // A session with fewer views than `together` has some of them more than once.
     let others = views.chunks_exact(together).flat_map(|session| {
         session.iter().flat_map(|a| session.iter().map(move |b| f32::from(u8::from(a != b))))

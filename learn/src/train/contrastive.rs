@@ -3,11 +3,11 @@
 
 use super::autoencoder::Bound;
 use super::autoencoder_network::{Autoencoder, encoder_input};
+use super::exponential::log_softmax;
 use super::rows::table;
 use super::run::{Step, scalar};
 use super::turn::Turn;
 use burn::optim::GradientsParams;
-use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor};
 
 /// What similarities are divided by.
@@ -25,7 +25,7 @@ pub(crate) fn loss(embedded: Tensor<2>, device: &Device) -> Tensor<1> {
     let itself = square(|row, column, _| if row == column { FORBIDDEN } else { 0.0 });
     let partner = square(|row, column, rows| if (row + rows / 2) % rows == column { 1.0 } else { 0.0 });
     let similarity = unit.clone().matmul(unit.transpose()) / TEMPERATURE + itself;
-    (log_softmax(similarity, 1) * partner).sum_dim(1).mean().neg()
+    (log_softmax(similarity) * partner).sum_dim(1).mean().neg()
 }
 
 /// Rows of unit length.

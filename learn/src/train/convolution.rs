@@ -10,12 +10,15 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use vantage_dataset::Crop;
 use vantage_dataset::crop::CROP_SIDE;
+use vantage_dataset::widest::widest;
 
 use crate::architecture::PIXEL_CENTER;
 
 /// Side of a kernel; kernels move by 2 and reach 1 pixel beyond the border.
 pub(crate) const KERNEL: usize = 4;
 const TAPS: usize = KERNEL * KERNEL;
+/// Channels of a crop.
+const CHANNELS: usize = 3;
 /// Crops in a group.
 const GROUP: usize = 16;
 /// Terms of a product's sum that are added up before they join the rest: another number rounds differently, and `bench train`
@@ -70,17 +73,12 @@ impl Convolutions {
     fn trace(&self, crops: &[&Crop]) -> Trace {
         let mut trace = Trace { patches: Vec::new(), outputs: Vec::new() };
         let mut side = CROP_SIDE;
-        let mut centered = Vec::with_capacity(crops.len() * side * side * 3);
-        for crop in crops {
-            centered.extend(crop.0.iter().map(|&value| f32::from(value) / 255.0 - PIXEL_CENTER));
-        }
+        let centered = centered(crops);
         for layer in &self.layers {
             let input = trace.outputs.last().map_or(&centered[..], |output| output.as_slice());
             let patches = gathered(input, layer.inputs(), side);
             let mut output = product(view(&layer.weight), view(&patches));
-            for mut position in output.column_iter_mut() {
-                position.zip_apply(&layer.bias, |y, bias| *y = (*y + bias).max(0.0));
-            }
+            rectify(output.as_mut_slice(), layer.bias.as_slice());
             trace.patches.push(patches);
             trace.outputs.push(output);
             side /= 2;
@@ -122,9 +120,7 @@ impl Convolutions {
         let mut d_input = d_outputs.to_vec();
         let traced = trace.patches.into_iter().zip(trace.outputs);
         for ((index, layer), (mut patches, output)) in self.layers.iter().enumerate().zip(traced).rev() {
-            for (d, &y) in d_input.iter_mut().zip(output.as_slice()) {
-                *d = if y <= 0.0 { 0.0 } else { *d };
-            }
+            mask(&mut d_input, output.as_slice());
             let d_output = DMatrix::from_vec(output.nrows(), output.ncols(), d_input);
             let weight = product(view(&d_output), view(&patches).transpose());
             gradients.push((weight, d_output.column_sum()));
@@ -176,8 +172,52 @@ fn multiply(product: &mut DMatrix<f32>, a: MatRef<'_, f32>, b: MatRef<'_, f32>) 
     }
 }
 
+/// Pixels as the first layer sees them.
+fn centered(crops: &[&Crop]) -> Vec<f32> {
+    let volume = CROP_SIDE * CROP_SIDE * CHANNELS;
+    let mut centered = vec![0.0; crops.len() * volume];
+    widest(
+        #[inline(always)]
+        || {
+            for (centered, crop) in centered.chunks_exact_mut(volume).zip(crops) {
+                for (centered, &value) in centered.iter_mut().zip(crop.0.iter()) {
+                    *centered = f32::from(value) / 255.0 - PIXEL_CENTER;
+                }
+            }
+        },
+    );
+    centered
+}
+
+/// Replaces outputs, position by position, by `relu(outputs + bias)`.
+fn rectify(outputs: &mut [f32], bias: &[f32]) {
+    widest(
+        #[inline(always)]
+        || {
+            for position in outputs.chunks_exact_mut(bias.len()) {
+                for (y, bias) in position.iter_mut().zip(bias) {
+                    *y = (*y + bias).max(0.0);
+                }
+            }
+        },
+    );
+}
+
+/// Derivatives to what a ReLU was given, from those to its outputs.
+fn mask(derivatives: &mut [f32], outputs: &[f32]) {
+    widest(
+        #[inline(always)]
+        || {
+            for (d, &y) in derivatives.iter_mut().zip(outputs) {
+                *d = if y <= 0.0 { 0.0 } else { *d };
+            }
+        },
+    );
+}
+
 /// Calls `with` for each run of neighbouring pixels that lies both in an image and in a row of a patch, in the patches' order: start in
 /// the image, start in the patches, length; in numbers.
+#[inline(always)]
 fn runs(channels: usize, side: usize, images: usize, mut with: impl FnMut(usize, usize, usize)) {
     let half = side / 2;
     for position in 0..images * half * half {
@@ -201,7 +241,11 @@ fn gathered(images: &[f32], channels: usize, side: usize) -> DMatrix<f32> {
     let mut patches = Vec::with_capacity(rows * columns);
     runs(channels, side, count, |pixel, slot, length| {
         patches.resize(slot, 0.0);
-        patches.extend_from_slice(&images[pixel..pixel + length]);
+        // Most runs of the first layer are so short that a copy of known length is worth its own line.
+        match images[pixel..].first_chunk::<{ KERNEL * CHANNELS }>() {
+            Some(run) if length == run.len() => patches.extend_from_slice(run),
+            _ => patches.extend_from_slice(&images[pixel..pixel + length]),
+        }
     });
     patches.resize(rows * columns, 0.0);
     DMatrix::from_vec(rows, columns, patches)
@@ -212,11 +256,23 @@ fn scattered(patches: &DMatrix<f32>, channels: usize, side: usize) -> Vec<f32> {
     let count = patches.ncols() * 4 / (side * side);
     let mut images = vec![0.0; count * side * side * channels];
     let slots = patches.as_slice();
-    runs(channels, side, count, |pixel, slot, length| {
-        for (sum, value) in images[pixel..pixel + length].iter_mut().zip(&slots[slot..slot + length]) {
-            *sum += value;
-        }
-    });
+    widest(
+        #[inline(always)]
+        || {
+            runs(
+                channels,
+                side,
+                count,
+                #[inline(always)]
+                |pixel, slot, length| {
+                    let run = &slots[slot..slot + length];
+                    for (sum, value) in images[pixel..pixel + length].iter_mut().zip(run) {
+                        *sum += value;
+                    }
+                },
+            );
+        },
+    );
     images
 }
 

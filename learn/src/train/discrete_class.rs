@@ -3,12 +3,12 @@
 
 use super::autoencoder::{Bound, negative_log_likelihood};
 use super::autoencoder_network::{Autoencoder, decoder_input, encoder_input};
+use super::exponential::log_softmax;
 use super::rows::table;
 use super::run::{Step, scalar};
 use super::turn::Turn;
 use crate::architecture::CLASS_SHARPNESS;
 use burn::optim::GradientsParams;
-use burn::tensor::activation::log_softmax;
 use burn::tensor::{Tensor, TensorData};
 
 /// Logit of the true class above the others, where the decoder is told of it.
@@ -33,7 +33,7 @@ pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4
     let inputs = encoder_input(architecture, features.crop(&batch, device), &conditioning);
     let classes = table(classes, rows, device);
     let logits = network.encode(architecture.latent, inputs, &turn).mean;
-    let class = (log_softmax(logits, 1) * classes.clone()).sum_dim(1).mean().neg();
+    let class = (log_softmax(logits) * classes.clone()).sum_dim(1).mean().neg();
 
     let seen = decoder_input(architecture, &conditioning, None);
     let decoded = network.decode(architecture, classes * (CERTAIN / CLASS_SHARPNESS), seen, &turn);

@@ -3,8 +3,8 @@
 //! Both are on the invariant part: what turns is unknown where a view does not see it, so that pulling single views
 //! together there would teach the encoder to say nothing.
 
+use super::exponential::log_softmax;
 use super::rows::{rows_of, table};
-use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor};
 
 /// Logarithm of the share that a row's own instance has where it is among the others.
@@ -64,7 +64,7 @@ impl Alone {
             - (self.mean.clone() * sharpness.clone()).matmul(mu_others.clone()) * 2.0
             + sharpness.matmul(mu_others.square());
         let shares = squares * -0.5 + table(stands_for, own.len(), device);
-        let normalised = log_softmax(Tensor::cat(vec![own_share.clone(), shares], 1), 1).narrow(1, 0, 1);
+        let normalised = log_softmax(Tensor::cat(vec![own_share.clone(), shares], 1)).narrow(1, 0, 1);
         let log_sum = own_share - normalised - (variance + 1.0).log().sum_dim(1) * 0.5;
         self.unlikelihood(mu, sigma) + log_sum
     }

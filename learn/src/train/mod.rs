@@ -19,6 +19,7 @@ mod curve;
 mod device;
 mod discrete_class;
 mod error;
+mod exponential;
 mod export;
 mod features;
 mod files;

@@ -4,6 +4,7 @@ use super::burn_convolution;
 use super::changes;
 use super::components::Components;
 use super::contrastive;
+use super::exponential::log_softmax;
 use super::rows::{numbers, table};
 use super::run::{Step, scalar};
 use super::trunk_network::TrunkWithHead;
@@ -11,7 +12,6 @@ use super::views::Views;
 use crate::architecture::{Architecture, UPRIGHT};
 use crate::spec::{Motion, Objective, TrainingSpec, TrunkTarget};
 use burn::optim::GradientsParams;
-use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -214,7 +214,7 @@ fn turn_to_the_left(motion: &[f32; 9]) -> f64 {
 /// Cross-entropy of angles over bins, which an answer begins with.
 fn of_bins(answer: &Tensor<2>, angles: impl ExactSizeIterator<Item = f64>, device: &Device) -> Tensor<1> {
     let labels = soft_labels(angles, device);
-    (log_softmax(answer.clone().narrow(1, 0, BINS), 1) * labels).sum_dim(1).mean().neg()
+    (log_softmax(answer.clone().narrow(1, 0, BINS)) * labels).sum_dim(1).mean().neg()
 }
 
 /// A von Mises bump around each true angle, over bins of which the first begins at angle 0.

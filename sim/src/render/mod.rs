@@ -15,7 +15,6 @@ mod projection;
 pub mod reference;
 mod view;
 pub mod wgpu;
-mod widest;
 
 use crate::model::Model;
 use nalgebra::Vector3;

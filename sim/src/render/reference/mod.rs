@@ -13,12 +13,12 @@ mod tables;
 
 use super::bounds::Frustum;
 use super::view::View;
-use super::widest::widest;
 use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, Shot, Tile, TileShot};
 use canvas::Canvas;
 use rayon::prelude::*;
 use shade::{Batch, Shader};
 use vantage_dataset::memory;
+use vantage_dataset::widest::widest;
 
 /// Rows of a frame that are shaded together.
 const BAND: usize = 16;

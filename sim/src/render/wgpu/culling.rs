@@ -4,9 +4,9 @@
 
 use super::super::candidates::Candidates;
 use super::super::view::{SUBPIXELS, Vertex, View};
-use super::super::widest::widest;
 use super::super::{Light, Placement, Shot};
 use std::ops::Range;
+use vantage_dataset::widest::widest;
 
 /// By how much the device may see a corner elsewhere, subpixels: Vulkan asks for no finer grid than 1/16 pixel, half of which a corner
 /// moves, and single precision adds less than the other half, but for corners next to the near plane.

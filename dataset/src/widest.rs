@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Does work that is marked `#[inline(always)]`, and all it calls that is, compiled for the CPU's vector instructions.
 ///
 /// The bits of the results stay the same: the compiler never fuses a multiplication with an addition by itself.
-pub(super) fn widest<T>(work: impl FnMut() -> T) -> T {
+pub fn widest<T>(work: impl FnMut() -> T) -> T {
     Arch::new().dispatch(Work(work))
 }
 
