@@ -1,10 +1,10 @@
 //! Adam (Kingma and Ba 2015), in one pass over the numbers of a parameter; burn's own makes one for each operation. The
 //! tests check it against that.
 
-use super::rows::numbers;
+use super::rows::floats;
 use burn::module::{Module, ModuleMapper, Param};
 use burn::optim::GradientsParams;
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
 use vantage_dataset::widest::widest;
 
 const DECAY: [f32; 2] = [0.9, 0.999];
@@ -59,7 +59,7 @@ impl Adam {
 }
 
 impl Moments {
-    fn moved(&mut self, mut weights: Vec<f32>, gradient: &[f32], rate: f32) -> Vec<f32> {
+    fn move_on(&mut self, weights: &mut [f32], gradient: &[f32], rate: f32) {
         self.first.resize(weights.len(), 0.0);
         self.second.resize(weights.len(), 0.0);
         self.steps += 1;
@@ -76,7 +76,6 @@ impl Moments {
                 }
             },
         );
-        weights
     }
 }
 
@@ -99,9 +98,10 @@ impl ModuleMapper for Step<'_> {
         let Some(gradient) = self.gradients.remove::<D>(id) else {
             return Param::from_mapped_value(id, tensor, mapper);
         };
-        let (shape, device) = (tensor.dims(), tensor.device());
-        let moved = self.adam.moments[place].moved(numbers(tensor), &numbers(gradient), self.rate);
-        let tensor = Tensor::<D>::from_data(TensorData::new(moved, shape), &device).require_grad();
+        let device = tensor.device();
+        let (mut weights, mut gradient) = (tensor.into_data(), gradient.into_data());
+        self.adam.moments[place].move_on(floats(&mut weights), floats(&mut gradient), self.rate);
+        let tensor = Tensor::<D>::from_data(weights, &device).require_grad();
         Param::from_mapped_value(id, tensor, mapper)
     }
 }
@@ -110,6 +110,7 @@ impl ModuleMapper for Step<'_> {
 mod tests {
     use super::*;
     use crate::train::device::cpu;
+    use crate::train::rows::numbers;
     use crate::train::run::scalar;
     use burn::nn::{Linear, LinearConfig};
     use burn::optim::AdamConfig;

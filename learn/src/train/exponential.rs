@@ -4,8 +4,8 @@
 //! Values and derivatives have the bits that burn's have with glibc: both take Arm's algorithm, with the error of 0.502 units in
 //! the last place that its `expf` states (optimized-routines, `math/expf.c`).
 
-use super::rows::numbers;
-use burn::tensor::{Device, Tensor, TensorData, activation};
+use super::rows::floats;
+use burn::tensor::{Device, Tensor, activation};
 use std::f64::consts::LOG2_E;
 use std::sync::LazyLock;
 use vantage_dataset::widest::widest;
@@ -61,34 +61,36 @@ fn exp_batch(numbers: [f32; BATCH], powers: &[u64; PARTS]) -> [f32; BATCH] {
     exponentials
 }
 
-/// `with(x, exp(of(x)))` of each number.
+/// Replaces each number `x` by `with(x, exp(of(x)))`.
 #[inline(always)]
-fn map(numbers: &[f32], of: impl Fn(f32) -> f32, with: impl Fn(f32, f32) -> f32) -> Vec<f32> {
+fn replace(numbers: &mut [f32], of: impl Fn(f32) -> f32, with: impl Fn(f32, f32) -> f32) {
     let powers = &*POWERS;
-    let mut mapped = vec![0.0; numbers.len()];
     widest(
         #[inline(always)]
         || {
-            for (mapped, numbers) in mapped.chunks_mut(BATCH).zip(numbers.chunks(BATCH)) {
+            for numbers in numbers.chunks_mut(BATCH) {
                 let mut batch = [0.0; BATCH];
                 batch[..numbers.len()].copy_from_slice(numbers);
                 let exponentials = exp_batch(batch.map(&of), powers);
                 for i in 0..BATCH {
                     batch[i] = with(batch[i], exponentials[i]);
                 }
-                mapped.copy_from_slice(&batch[..mapped.len()]);
+                numbers.copy_from_slice(&batch[..numbers.len()]);
             }
         },
     );
-    mapped
+}
+
+/// A tensor without derivatives whose numbers were changed.
+#[inline(always)]
+fn changed<const D: usize>(x: &Tensor<D>, change: impl FnOnce(&mut [f32])) -> Tensor<D> {
+    let mut data = x.clone().detach().into_data();
+    change(floats(&mut data));
+    Tensor::from_data(data, &x.device())
 }
 
 fn is_on_cpu<const D: usize>(x: &Tensor<D>) -> bool {
     x.device() == Device::flex()
-}
-
-fn like<const D: usize>(x: &Tensor<D>, numbers: Vec<f32>) -> Tensor<D> {
-    Tensor::from_data(TensorData::new(numbers, x.dims()), &x.device())
 }
 
 /// Zeros whose derivative to `x` is 1.
@@ -101,7 +103,7 @@ pub(crate) fn exp<const D: usize>(x: Tensor<D>) -> Tensor<D> {
     if !is_on_cpu(&x) {
         return x.exp();
     }
-    let y = like(&x, map(&numbers(x.clone().detach()), |x| x, |_, exp| exp));
+    let y = changed(&x, |numbers| replace(numbers, |x| x, |_, exp| exp));
     change(&x) * y.clone() + y
 }
 
@@ -110,13 +112,9 @@ pub(crate) fn silu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
     if !is_on_cpu(&x) {
         return activation::silu(x);
     }
-    let sigmoid = map(
-        &numbers(x.clone().detach()),
-        |x| -x.abs(),
-        |x, exp| if x >= 0.0 { 1.0 / (1.0 + exp) } else { exp / (1.0 + exp) },
-    );
-    let rest = like(&x, sigmoid.iter().map(|sigmoid| 1.0 - sigmoid).collect());
-    let sigmoid = like(&x, sigmoid);
+    let of_exp = |x: f32, exp: f32| if x >= 0.0 { 1.0 / (1.0 + exp) } else { exp / (1.0 + exp) };
+    let sigmoid = changed(&x, |numbers| replace(numbers, |x| -x.abs(), of_exp));
+    let rest = changed(&sigmoid, |numbers| numbers.iter_mut().for_each(|sigmoid| *sigmoid = 1.0 - *sigmoid));
     x.clone() * (change(&x) * rest * sigmoid.clone() + sigmoid)
 }
 
@@ -129,6 +127,8 @@ pub(crate) fn log_softmax(rows: Tensor<2>) -> Tensor<2> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::train::rows::numbers;
+    use burn::tensor::TensorData;
     use vantage_dataset::Seed;
 
     /// Every so many of all numbers, with the ends of the range, infinities and no number at all among them.
@@ -141,7 +141,9 @@ mod tests {
     #[test]
     fn values_are_as_exact_as_the_algorithm_states() {
         let x = samples();
-        for (&x, y) in x.iter().zip(map(&x, |x| x, |_, exp| exp)) {
+        let mut exponentials = x.clone();
+        replace(&mut exponentials, |x| x, |_, exp| exp);
+        for (&x, y) in x.iter().zip(exponentials) {
             let exact = libm::exp(f64::from(x));
             let rounded = exact as f32;
             if x.is_nan() || rounded.is_infinite() || y.is_infinite() {
@@ -162,7 +164,9 @@ mod tests {
             return;
         }
         let x = samples();
-        for (&x, y) in x.iter().zip(map(&x, |x| x, |_, exp| exp)) {
+        let mut exponentials = x.clone();
+        replace(&mut exponentials, |x| x, |_, exp| exp);
+        for (&x, y) in x.iter().zip(exponentials) {
             assert!(y == x.exp() || x.is_nan(), "exp({x}) = {y}");
         }
     }

@@ -22,6 +22,11 @@ pub(crate) fn table(numbers: Vec<f32>, rows: usize, device: &Device) -> Tensor<2
     Tensor::from_data(TensorData::new(numbers, [rows, width]), device)
 }
 
+/// The numbers of a float tensor's data, to change.
+pub(crate) fn floats(data: &mut TensorData) -> &mut [f32] {
+    data.as_mut_slice().expect("a float tensor holds f32")
+}
+
 /// The numbers of a tensor, row-major.
 pub(crate) fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.try_into_vec_as().expect("a float tensor holds f32")

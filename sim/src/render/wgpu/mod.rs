@@ -19,7 +19,8 @@ use pipeline::Pipelines;
 use residency::Residency;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use target::{Pixels, Target};
+use target::{NOTHING, Pixels, Plane, Target};
+use vantage_dataset::widest::widest;
 
 /// Side of the image that tiles are drawn into together, pixels: what a CPU keeps in its cache.
 const ATLAS_SIDE: u32 = 256;
@@ -34,8 +35,6 @@ pub struct WgpuRenderer {
     pipelines: Pipelines,
     residency: Residency,
     targets: BTreeMap<(u32, u32), Arc<Target>>,
-    /// Number of the last picture.
-    picture: u32,
 }
 
 impl WgpuRenderer {
@@ -47,7 +46,7 @@ impl WgpuRenderer {
         let pipelines = Pipelines::new(&gpu);
         let residency = Residency::new(&gpu, &pipelines);
         gpu.check()?;
-        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new(), picture: 0 })
+        Ok(Self { gpu, pipelines, residency, targets: BTreeMap::new() })
     }
 
     /// The target of a size, kept for later pictures.
@@ -61,8 +60,7 @@ impl WgpuRenderer {
 
     /// What draws the next picture.
     fn painter<'a>(&'a mut self, target: &'a Target) -> Painter<'a> {
-        self.picture = self.picture.wrapping_add(1);
-        Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target, self.picture)
+        Painter::new(&self.gpu, &self.pipelines, &mut self.residency, target)
     }
 }
 
@@ -116,7 +114,7 @@ impl WgpuRenderer {
                 painter.draw([0, 0, width, height], shot, &scene.light, (placement, level), false)?;
             }
         }
-        let submission = painter.finish(0, true);
+        let submission = painter.finish(0, Plane::Depth);
         target.read(&self.gpu, 0, submission, |pixels| frame(pixels, scene, width, height))
     }
 
@@ -161,7 +159,7 @@ impl WgpuRenderer {
                 }
             }
         }
-        let submission = painter.finish(slot, false);
+        let submission = painter.finish(slot, Plane::Marks);
         Ok(Atlas { shots, side, target, slot, submission })
     }
 
@@ -193,10 +191,8 @@ fn frame(pixels: &Pixels<'_>, scene: &RenderScene, width: u32, height: u32) -> F
 fn tile(pixels: &Pixels<'_>, scene: &RenderScene, viewport: Viewport) -> Tile {
     let [column, row, side, _] = viewport;
     let (rgb, ids) = picture(pixels, scene, viewport);
-    let amodal_pixels = (row..row + side)
-        .flat_map(|row| pixels.colors(column, row, side))
-        .map(|&[.., mark]| u32::from(mark != 0))
-        .sum();
+    let amodal_pixels =
+        (row..row + side).flat_map(|row| pixels.marks(column, row, side)).map(|&mark| u32::from(mark)).sum();
     Tile { side, rgb, ids, amodal_pixels }
 }
 
@@ -206,14 +202,24 @@ fn picture(pixels: &Pixels<'_>, scene: &RenderScene, viewport: Viewport) -> (Vec
     let count = width as usize * height as usize;
     let mut rgb = vec![0; 3 * count];
     let mut ids = vec![NO_OBJECT; count];
-    let outputs = rgb.chunks_exact_mut(3 * width as usize).zip(ids.chunks_exact_mut(width as usize));
-    for (row, (rgb, ids)) in (row..).zip(outputs) {
-        let drawn = pixels.colors(column, row, width).iter().zip(pixels.ids(column, row, width));
-        for ((pixel, id), (&[r, g, b, _], drawn)) in rgb.as_chunks_mut().0.iter_mut().zip(ids).zip(drawn) {
-            *pixel = if drawn.is_some() { [r, g, b] } else { scene.background };
-            *id = drawn.unwrap_or(NO_OBJECT);
-        }
-    }
+    let [r, g, b] = scene.background;
+    let background = u32::from_le_bytes([r, g, b, 0]);
+    widest(
+        #[inline(always)]
+        || {
+            let outputs = rgb.chunks_exact_mut(3 * width as usize).zip(ids.chunks_exact_mut(width as usize));
+            for (row, (rgb, ids)) in (row..).zip(outputs) {
+                let drawn = pixels.colors(column, row, width).iter().zip(pixels.ids(column, row, width));
+                for ((pixel, id), (&color, &drawn)) in rgb.as_chunks_mut().0.iter_mut().zip(ids).zip(drawn) {
+                    let drawn = u32::from_le_bytes(drawn);
+                    let color = if drawn == NOTHING { background } else { u32::from_le_bytes(color) };
+                    let [r, g, b, _] = color.to_le_bytes();
+                    *pixel = [r, g, b];
+                    *id = if drawn == NOTHING { NO_OBJECT } else { drawn };
+                }
+            }
+        },
+    );
     (rgb, ids)
 }
 

@@ -6,7 +6,7 @@ use super::culling::Culling;
 use super::device::Gpu;
 use super::pipeline::{ITEM_STRIDE, ITEMS, Item, Pipelines, Sheet};
 use super::residency::Residency;
-use super::target::Target;
+use super::target::{Plane, Target};
 use crate::model::Model;
 use crate::texture::TEXTURE_SIDE;
 use bytemuck::Pod;
@@ -50,11 +50,8 @@ pub(super) struct Painter<'a> {
     items: Vec<Item>,
     /// Of what is to be shaded of this filling, by array and viewport.
     lights: [BTreeMap<Viewport, Light>; 3],
-    /// Number by which the marks of this picture are known.
-    picture: u32,
     filling: u32,
     described: bool,
-    shaded: bool,
 }
 
 impl<'a> Painter<'a> {
@@ -63,7 +60,6 @@ impl<'a> Painter<'a> {
         pipelines: &'a Pipelines,
         residency: &'a mut Residency,
         target: &'a Target,
-        picture: u32,
     ) -> Self {
         Self {
             gpu,
@@ -74,10 +70,8 @@ impl<'a> Painter<'a> {
             calls: Vec::new(),
             items: Vec::new(),
             lights: Default::default(),
-            picture,
             filling: 0,
             described: false,
-            shaded: false,
         }
     }
 
@@ -114,8 +108,7 @@ impl<'a> Painter<'a> {
             side: (TEXTURE_SIDE << resident.albedo) as f32,
             texture: resident.layer << LAYER_SHIFT | self.batch(resident.albedo) << BATCH_SHIFT,
             id: placement.id,
-            picture: self.picture,
-            padding: [0; 41],
+            padding: [0; 42],
         });
         self.lights[resident.albedo].insert(viewport, *light);
         self.calls.push(Call { viewport, marking, first_vertex: resident.first_vertex, corners });
@@ -123,11 +116,11 @@ impl<'a> Painter<'a> {
     }
 
     /// Ends the picture with its copy to a buffer of the target.
-    pub fn finish(mut self, slot: usize, with_depth: bool) -> wgpu::SubmissionIndex {
+    pub fn finish(mut self, slot: usize, plane: Plane) -> wgpu::SubmissionIndex {
         let mut encoder = self.encoder();
         self.describe(&mut encoder);
         self.shade(&mut encoder);
-        self.target.copy(&mut encoder, slot, with_depth);
+        self.target.copy(&mut encoder, slot, plane);
         self.gpu.queue.submit([encoder.finish()])
     }
 
@@ -188,8 +181,7 @@ impl<'a> Painter<'a> {
     }
 
     fn shade(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = self.target.shading(encoder, !self.shaded);
-        self.shaded = true;
+        let mut pass = self.target.shading(encoder);
         let mut sheets = Vec::new();
         let instances = [0, 1, 2].map(|albedo| {
             let first = sheets.len() as u32;
@@ -220,7 +212,6 @@ impl<'a> Painter<'a> {
             ambient: light.ambient,
             diffuse: light.diffuse,
             batch: self.batch(albedo),
-            picture: self.picture,
         };
         let same = |a: &Light, b: &Light| (a.ambient, a.diffuse) == (b.ambient, b.diffuse);
         let lights = &self.lights[albedo];

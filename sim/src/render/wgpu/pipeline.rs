@@ -16,10 +16,8 @@ pub(super) struct Item {
     /// Layer and batch, as bits of a surface.
     pub texture: u32,
     pub id: u32,
-    /// What marks its pixels.
-    pub picture: u32,
     /// Of the struct, and up to the alignment that uniforms need.
-    pub padding: [u32; 41],
+    pub padding: [u32; 42],
 }
 
 /// A part of a target that is shaded: the pixels of one batch.
@@ -31,7 +29,6 @@ pub(super) struct Sheet {
     pub ambient: [f32; 3],
     pub diffuse: [f32; 3],
     pub batch: u32,
-    pub picture: u32,
 }
 
 /// Distance between items in their buffer, bytes.
@@ -50,12 +47,14 @@ pub(super) struct Vertex {
 /// Items of one pass.
 pub(super) const ITEMS: usize = 8192;
 
-/// sRGB that the shader encodes, with the mark in alpha.
+/// sRGB that the shader encodes.
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Ids.
 pub(super) const ID: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 /// What a pixel's surface is; see `describe` in `shade.wgsl`.
-pub(super) const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+pub(super) const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
+/// 1 where a tile's target is, seen or not.
+pub(super) const MARK: wgpu::TextureFormat = wgpu::TextureFormat::R8Uint;
 /// `NEAR / depth`.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -66,7 +65,7 @@ pub(super) struct Pipelines {
     pub marking: wgpu::RenderPipeline,
     /// Leaves marks alone.
     pub plain: wgpu::RenderPipeline,
-    /// Turns surfaces into colours and ids.
+    /// Turns surfaces into colours.
     pub shading: wgpu::RenderPipeline,
     surface_layout: wgpu::BindGroupLayout,
     texture_layout: wgpu::BindGroupLayout,
@@ -97,7 +96,7 @@ impl Pipelines {
         let shader = device.create_shader_module(wgpu::include_wgsl!("shade.wgsl"));
         Self {
             marking: describing(device, &item_layout, &shader, wgpu::ColorWrites::ALL),
-            plain: describing(device, &item_layout, &shader, wgpu::ColorWrites::COLOR),
+            plain: describing(device, &item_layout, &shader, wgpu::ColorWrites::empty()),
             shading: shading(device, &[Some(&surface_layout), Some(&texture_layout)], &shader),
             surface_layout,
             texture_layout,
@@ -180,7 +179,7 @@ fn describing(
     device: &wgpu::Device,
     item: &wgpu::BindGroupLayout,
     shader: &wgpu::ShaderModule,
-    write_mask: wgpu::ColorWrites,
+    marks: wgpu::ColorWrites,
 ) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("describing"),
@@ -217,7 +216,11 @@ fn describing(
             module: shader,
             entry_point: Some("describe"),
             compilation_options: Default::default(),
-            targets: &[Some(wgpu::ColorTargetState { format: SURFACE, blend: None, write_mask })],
+            targets: &[
+                Some(SURFACE.into()),
+                Some(ID.into()),
+                Some(wgpu::ColorTargetState { format: MARK, blend: None, write_mask: marks }),
+            ],
         }),
         multiview_mask: None,
         cache: None,
@@ -244,9 +247,7 @@ fn shading(
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: size_of::<Sheet>() as u64,
                 step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &wgpu::vertex_attr_array![
-                    0 => Float32x4, 1 => Float32x3, 2 => Float32x3, 3 => Uint32, 4 => Uint32
-                ],
+                attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3, 2 => Float32x3, 3 => Uint32],
             })],
         },
         primitive: Default::default(),
@@ -263,7 +264,7 @@ fn shading(
             module: shader,
             entry_point: Some("shade"),
             compilation_options: Default::default(),
-            targets: &[Some(COLOR.into()), Some(ID.into())],
+            targets: &[Some(COLOR.into())],
         }),
         multiview_mask: None,
         cache: None,

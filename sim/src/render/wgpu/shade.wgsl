@@ -10,7 +10,6 @@ struct Item {
     side: f32,
     texture: u32,
     id: u32,
-    picture: u32,
 }
 
 // A uniform of its own for each draw: lavapipe reads storage buffers vertex by vertex, which took a third of a tile's time.
@@ -18,18 +17,17 @@ struct Item {
 
 struct Corner {
     @builtin(position) position: vec4f,
-    @location(0) uv: vec2f,
-    @location(1) incidence: f32,
+    @location(0) uv_incidence: vec3f,
     // Of the item. The fragment shader reads no uniform: lavapipe would copy all its state, 33 kB, for each that changes.
-    @location(2) @interpolate(flat) side: f32,
-    @location(3) @interpolate(flat) texture_id_picture: vec3u,
+    @location(1) @interpolate(flat) texture_id_side: vec3u,
 }
 
 @vertex
 fn project(@location(0) position: vec3f, @location(1) normal: vec3f, @location(2) uv: vec2f) -> Corner {
     let clip = item.clip_from_model * vec4f(position, 1.0);
     let incidence = dot(normal, item.light_in_model);
-    return Corner(clip, uv, incidence, item.side, vec3u(item.texture, item.id, item.picture));
+    let labels = vec3u(item.texture, item.id, bitcast<u32>(item.side));
+    return Corner(clip, vec3f(uv, incidence), labels);
 }
 
 // The square of a pixel's extent along an axis of the image, from what is linear in the image.
@@ -38,23 +36,32 @@ fn extent(over_depth: vec2f, uv: vec2f, nearness: f32) -> f32 {
     return dot(step, step);
 }
 
-// x: texture coordinates; y: `n . l` in 11 bits, the mip level in 4, the layer in 8, the batch; z: id; w: the mark of a tile's target, the
-// picture's number, which the other placements' pipeline does not write.
+// Images of their own for what is read alone: lavapipe takes hundreds of instructions to mask pixels of 128 bits.
+struct Described {
+    // x: texture coordinates; y: `n . l` in 11 bits, the mip level in 4, the layer in 8, the batch.
+    @location(0) surface: vec2u,
+    @location(1) id: u32,
+    // Of a tile's target; the other placements' pipeline does not write it.
+    @location(2) mark: u32,
+}
+
 @fragment
-fn describe(corner: Corner) -> @location(0) vec4u {
+fn describe(corner: Corner) -> Described {
+    let uv = corner.uv_incidence.xy;
+    let labels = corner.texture_id_side;
     let nearness = corner.position.w;
-    let over_depth = corner.uv * nearness;
-    let along_row = extent(dpdx(over_depth), corner.uv, dpdx(nearness));
-    let along_column = extent(dpdy(over_depth), corner.uv, dpdy(nearness));
-    let texels = corner.side / nearness;
+    let over_depth = uv * nearness;
+    let along_row = extent(dpdx(over_depth), uv, dpdx(nearness));
+    let along_column = extent(dpdy(over_depth), uv, dpdy(nearness));
+    let texels = bitcast<f32>(labels.z) / nearness;
     // Between 2^(2l - 1) and 2^(2l + 1) at level l.
     let footprint = max(along_row, along_column) * (texels * texels);
     let exponent = (bitcast<i32>(footprint) >> 23u) - 127;
-    let coarsest = (bitcast<i32>(corner.side) >> 23u) - 127;
+    let coarsest = (i32(labels.z) >> 23u) - 127;
     let level = u32(clamp((exponent + 1) >> 1u, 0, coarsest));
-    let incidence = u32(clamp(corner.incidence, 0.0, 1.0) * 2047.0 + 0.5);
-    let labels = corner.texture_id_picture;
-    return vec4u(pack2x16unorm(fract(corner.uv)), incidence | (level << 11u) | labels.x, labels.yz);
+    let incidence = u32(clamp(corner.uv_incidence.z, 0.0, 1.0) * 2047.0 + 0.5);
+    let surface = vec2u(pack2x16unorm(fract(uv)), incidence | (level << 11u) | labels.x);
+    return Described(surface, labels.y, 1u);
 }
 
 @group(0) @binding(0) var surfaces: texture_2d<u32>;
@@ -66,13 +73,6 @@ struct Sheet {
     @location(0) @interpolate(flat) ambient: vec3f,
     @location(1) @interpolate(flat) diffuse: vec3f,
     @location(2) @interpolate(flat) batch: u32,
-    @location(3) @interpolate(flat) picture: u32,
-}
-
-struct Pixel {
-    // Alpha is the mark.
-    @location(0) color: vec4f,
-    @location(1) id: u32,
 }
 
 // Two triangles over a viewport given by its lower and upper corner in clip coordinates.
@@ -83,11 +83,10 @@ fn cover(
     @location(1) ambient: vec3f,
     @location(2) diffuse: vec3f,
     @location(3) batch: u32,
-    @location(4) picture: u32,
 ) -> Sheet {
     let corner = index % 3u + index / 3u;
     let position = select(corners.xy, corners.zw, vec2(corner % 2u == 1u, corner > 1u));
-    return Sheet(vec4f(position, 0.0, 1.0), ambient, diffuse, batch, picture);
+    return Sheet(vec4f(position, 0.0, 1.0), ambient, diffuse, batch);
 }
 
 // sRGB is a line near black and beyond it, but for an offset, a power: irradiance then multiplies the encoded colour by a power of
@@ -95,11 +94,11 @@ fn cover(
 fn lit(albedo: vec3f, irradiance: vec3f) -> vec3f {
     let curve = (albedo + 0.055) * pow(irradiance, vec3f(1.0 / 2.4)) - 0.055;
     let line = albedo * irradiance;
-    return select(max(curve, line), min(curve, line), irradiance > vec3f(1.0));
+    return select(line, curve, (curve > line) != (irradiance > vec3f(1.0)));
 }
 
 @fragment
-fn shade(sheet: Sheet) -> Pixel {
+fn shade(sheet: Sheet) -> @location(0) vec4f {
     let surface = textureLoad(surfaces, vec2i(sheet.position.xy), 0);
     if ((surface.y >> 23u) != sheet.batch) {
         discard;
@@ -108,6 +107,5 @@ fn shade(sheet: Sheet) -> Pixel {
     let level = f32((surface.y >> 11u) & 15u);
     let layer = (surface.y >> 15u) & 255u;
     let texel = textureSampleLevel(textures, bilinear, unpack2x16unorm(surface.x), layer, level);
-    let color = lit(texel.rgb, sheet.ambient + sheet.diffuse * incidence);
-    return Pixel(vec4f(color, f32(surface.w == sheet.picture)), surface.z);
+    return vec4f(lit(texel.rgb, sheet.ambient + sheet.diffuse * incidence), 1.0);
 }

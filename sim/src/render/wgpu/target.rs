@@ -2,19 +2,29 @@
 
 use super::super::RenderError;
 use super::device::Gpu;
-use super::pipeline::{COLOR, DEPTH, ID, Pipelines, SURFACE};
+use super::pipeline::{COLOR, DEPTH, ID, MARK, Pipelines, SURFACE};
 use std::sync::mpsc;
 
 /// Id of a pixel on which nothing was drawn, on the device.
-const NOTHING: u32 = u32::MAX;
+pub(super) const NOTHING: u32 = u32::MAX;
 
-/// A colour, an id, a depth and a surface image of one size, and two buffers to read all but the last through.
+/// What is read beside colours and ids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Plane {
+    /// `NEAR / depth`.
+    Depth,
+    /// Where the target of a tile is, seen or not.
+    Marks,
+}
+
+/// A colour, an id, a mark, a depth and a surface image of one size, and two buffers to read all but the last through.
 #[derive(Debug)]
 pub(super) struct Target {
     pub width: u32,
     pub height: u32,
     color: wgpu::Texture,
     ids: wgpu::Texture,
+    marks: wgpu::Texture,
     depth: wgpu::Texture,
     surfaces: wgpu::Texture,
     /// Of the surfaces.
@@ -51,6 +61,7 @@ impl Target {
             height,
             color: texture("color", COLOR, copied),
             ids: texture("ids", ID, copied),
+            marks: texture("marks", MARK, copied),
             depth: texture("depth", DEPTH, copied),
             bind_group: pipelines.bind_surfaces(gpu, &surfaces),
             surfaces,
@@ -58,12 +69,17 @@ impl Target {
         }
     }
 
-    /// A pass that writes surfaces and depths; `fresh` forgets what was drawn.
+    /// A pass that writes surfaces, ids, marks and depths; `fresh` forgets what was drawn.
     pub fn describing<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
+        let nothing = wgpu::Color { r: f64::from(NOTHING), ..wgpu::Color::TRANSPARENT };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("describing"),
             // What surfaces are where nothing is drawn does not matter.
-            color_attachments: &[attachment(&view(&self.surfaces), wgpu::Color::TRANSPARENT, false)],
+            color_attachments: &[
+                attachment(&view(&self.surfaces), wgpu::Color::TRANSPARENT, false),
+                attachment(&view(&self.ids), nothing, fresh),
+                attachment(&view(&self.marks), wgpu::Color::TRANSPARENT, fresh),
+            ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&self.depth),
                 depth_ops: Some(wgpu::Operations { load: load(0.0, fresh), store: wgpu::StoreOp::Store }),
@@ -73,15 +89,11 @@ impl Target {
         })
     }
 
-    /// A pass that writes colours and ids; `fresh` forgets what was drawn.
-    pub fn shading<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, fresh: bool) -> wgpu::RenderPass<'e> {
-        let nothing = wgpu::Color { r: f64::from(NOTHING), ..wgpu::Color::TRANSPARENT };
+    /// A pass that writes colours where something was drawn; what they are elsewhere does not matter.
+    pub fn shading<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shading"),
-            color_attachments: &[
-                attachment(&view(&self.color), wgpu::Color::TRANSPARENT, fresh),
-                attachment(&view(&self.ids), nothing, fresh),
-            ],
+            color_attachments: &[attachment(&view(&self.color), wgpu::Color::TRANSPARENT, false)],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&self.depth),
                 depth_ops: None,
@@ -91,17 +103,20 @@ impl Target {
         })
     }
 
-    /// Copies colour and ids, and depth where wanted, to a buffer.
-    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, slot: usize, with_depth: bool) {
-        let planes = [&self.color, &self.ids, &self.depth];
-        for (index, texture) in planes.into_iter().take(if with_depth { 3 } else { 2 }).enumerate() {
+    /// Copies colours, ids and another plane to a buffer.
+    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, slot: usize, plane: Plane) {
+        let last = match plane {
+            Plane::Depth => &self.depth,
+            Plane::Marks => &self.marks,
+        };
+        for (index, texture) in [&self.color, &self.ids, last].into_iter().enumerate() {
             encoder.copy_texture_to_buffer(
                 texture.as_image_copy(),
                 wgpu::TexelCopyBufferInfo {
                     buffer: &self.buffers[slot],
                     layout: wgpu::TexelCopyBufferLayout {
                         offset: index as u64 * plane_bytes(self.width, self.height),
-                        bytes_per_row: Some(row_bytes(self.width)),
+                        bytes_per_row: Some(row_bytes(self.width, bytes(texture))),
                         rows_per_image: Some(self.height),
                     },
                 },
@@ -167,34 +182,43 @@ pub(super) struct Pixels<'a> {
 }
 
 impl Pixels<'_> {
-    /// RGB with the mark in alpha, of `width` pixels from `(column, row)`.
+    /// RGB of `width` pixels from `(column, row)`.
     pub fn colors(&self, column: u32, row: u32, width: u32) -> &[[u8; 4]] {
-        self.pixels(0, column, row, width).as_chunks().0
+        self.pixels(0, [column, row, width], 4).as_chunks().0
     }
 
-    /// Ids likewise; `None` where nothing was drawn.
-    pub fn ids(&self, column: u32, row: u32, width: u32) -> impl Iterator<Item = Option<u32>> + '_ {
-        let ids = self.pixels(1, column, row, width).as_chunks().0;
-        ids.iter().map(|&bytes| Some(u32::from_le_bytes(bytes)).filter(|&id| id != NOTHING))
+    /// Ids likewise, little-endian; [`NOTHING`] where nothing was drawn.
+    pub fn ids(&self, column: u32, row: u32, width: u32) -> &[[u8; 4]] {
+        self.pixels(1, [column, row, width], 4).as_chunks().0
     }
 
-    /// `NEAR / depth` likewise.
+    /// Marks likewise, where they were copied.
+    pub fn marks(&self, column: u32, row: u32, width: u32) -> &[u8] {
+        self.pixels(2, [column, row, width], 1)
+    }
+
+    /// `NEAR / depth` likewise, where it was copied.
     pub fn nearness(&self, column: u32, row: u32, width: u32) -> impl Iterator<Item = f32> + '_ {
-        self.pixels(2, column, row, width).as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes))
+        self.pixels(2, [column, row, width], 4).as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes))
     }
 
-    fn pixels(&self, plane: u64, column: u32, row: u32, width: u32) -> &[u8] {
+    fn pixels(&self, plane: u64, [column, row, width]: [u32; 3], bytes: u32) -> &[u8] {
         let start = plane * plane_bytes(self.width, self.height)
-            + u64::from(row) * u64::from(row_bytes(self.width))
-            + 4 * u64::from(column);
-        &self.bytes[start as usize..][..4 * width as usize]
+            + u64::from(row) * u64::from(row_bytes(self.width, bytes))
+            + u64::from(bytes * column);
+        &self.bytes[start as usize..][..(bytes * width) as usize]
     }
 }
 
-fn row_bytes(width: u32) -> u32 {
-    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+/// Of a pixel in a plane that is read.
+fn bytes(texture: &wgpu::Texture) -> u32 {
+    if texture.format() == MARK { 1 } else { 4 }
+}
+
+fn row_bytes(width: u32, bytes: u32) -> u32 {
+    (bytes * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
 fn plane_bytes(width: u32, height: u32) -> u64 {
-    u64::from(row_bytes(width)) * u64::from(height)
+    u64::from(row_bytes(width, 4)) * u64::from(height)
 }
