@@ -218,6 +218,31 @@ fn tiles_agree_over_several_atlases() {
     }
 }
 
+/// Tiles of nearly whole images, each with another target.
+fn wide_tiles<'a>(scene: &'a RenderScene, shots: &[Shot], count: usize) -> Vec<TileShot<'a>> {
+    let tile = |i: usize| TileShot {
+        scene,
+        shot: shots[i % shots.len()],
+        center: [160.0, 120.0],
+        side: 220.0,
+        target: scene.placements[(i * 37 + 190) % scene.placements.len()].id,
+    };
+    (0..count).map(tile).collect()
+}
+
+#[test]
+fn more_placements_than_a_pass_draws_agree() {
+    let Some(mut wgpu) = wgpu() else { return };
+    let model = block([0.02, 0.02, 0.05], checks(64, [200, 40, 30], [30, 220, 250]));
+    let place = |i: u16| {
+        let (row, column) = (f64::from(i / 20), f64::from(i % 20));
+        placed(&model, [0.06 * row - 0.6, 0.06 * column - 0.6, 0.05], 0.2, u32::from(i) + 1)
+    };
+    let scene = scene_of((0..400).map(place).collect());
+    let tiles = wide_tiles(&scene, &viewpoints(), 64);
+    compare_tiles(&mut wgpu, &tiles, 32);
+}
+
 #[test]
 fn more_models_than_the_device_holds_agree() {
     let Some(mut wgpu) = wgpu() else { return };
@@ -234,6 +259,7 @@ fn more_models_than_the_device_holds_agree() {
     let scene = scene_of((0..400).map(place).collect());
     let shots = viewpoints();
     compare_frames(&mut wgpu, &scene, &shots[..3]);
+    compare_tiles(&mut wgpu, &wide_tiles(&scene, &shots, 16), 48);
     let again = wgpu.frame(&scene, &shots[0]).unwrap();
     assert!(again == wgpu.frame(&scene, &shots[0]).unwrap(), "the same frame came out differently");
 }

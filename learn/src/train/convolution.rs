@@ -333,7 +333,7 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     fn products_are_sums_of_blocks_of_fused_multiply_adds() {
         if !std::arch::is_x86_feature_detected!("fma") {
-            return;
+            return println!("skipped: no FMA");
         }
         let mut stream = Seed(6).stream("products", 0);
         let mut normals = |rows, columns| DMatrix::from_fn(rows, columns, |_, _| stream.normal() as f32);

@@ -51,7 +51,7 @@ pub(super) const ITEMS: usize = 8192;
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Ids.
 pub(super) const ID: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// What a pixel's surface is; see `describe` in `shade.wgsl`.
+/// What a pixel's surface is; see `Described` in `shade.wgsl`.
 pub(super) const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 /// 1 where a tile's target is, seen or not.
 pub(super) const MARK: wgpu::TextureFormat = wgpu::TextureFormat::R8Uint;

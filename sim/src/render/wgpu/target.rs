@@ -9,7 +9,7 @@ use std::sync::mpsc;
 pub(super) const NOTHING: u32 = u32::MAX;
 
 /// What is read beside colours and ids.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Plane {
     /// `NEAR / depth`.
     Depth,
