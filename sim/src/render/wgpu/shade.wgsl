@@ -36,7 +36,7 @@ fn extent(over_depth: vec2f, uv: vec2f, nearness: f32) -> f32 {
     return dot(step, step);
 }
 
-// Images of their own for what is read alone: lavapipe takes hundreds of instructions to mask pixels of 128 bits.
+// Images of their own for what is read alone: lavapipe takes some two hundred instructions to mask a block of pixels of 128 bits.
 struct Described {
     // x: texture coordinates; y: `n . l` in 11 bits, the mip level in 4, the layer in 8, the batch.
     @location(0) surface: vec2u,
