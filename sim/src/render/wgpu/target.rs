@@ -76,9 +76,9 @@ impl Target {
             label: Some("describing"),
             // What surfaces are where nothing is drawn does not matter.
             color_attachments: &[
-                attachment(&view(&self.surfaces), wgpu::Color::TRANSPARENT, false),
-                attachment(&view(&self.ids), nothing, fresh),
-                attachment(&view(&self.marks), wgpu::Color::TRANSPARENT, fresh),
+                attachment(&view(&self.surfaces), wgpu::LoadOp::Load),
+                attachment(&view(&self.ids), load(nothing, fresh)),
+                attachment(&view(&self.marks), load(wgpu::Color::TRANSPARENT, fresh)),
             ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&self.depth),
@@ -93,7 +93,7 @@ impl Target {
     pub fn shading<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shading"),
-            color_attachments: &[attachment(&view(&self.color), wgpu::Color::TRANSPARENT, false)],
+            color_attachments: &[attachment(&view(&self.color), wgpu::LoadOp::Load)],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&self.depth),
                 depth_ops: None,
@@ -162,14 +162,13 @@ fn load<T>(clear: T, fresh: bool) -> wgpu::LoadOp<T> {
 
 fn attachment(
     view: &wgpu::TextureView,
-    clear: wgpu::Color,
-    fresh: bool,
+    load: wgpu::LoadOp<wgpu::Color>,
 ) -> Option<wgpu::RenderPassColorAttachment<'_>> {
     Some(wgpu::RenderPassColorAttachment {
         view,
         depth_slice: None,
         resolve_target: None,
-        ops: wgpu::Operations { load: load(clear, fresh), store: wgpu::StoreOp::Store },
+        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
     })
 }
 
