@@ -2,6 +2,7 @@
 
 use crate::gate::GateError;
 use crate::output::OutputError;
+use crate::result_folder::Of;
 use crate::results::ResultsError;
 use crate::scene_file::SceneFileError;
 use crate::score::pairs::PairsError;
@@ -203,6 +204,17 @@ pub enum BenchError {
     NotOurs {
         /// The folder.
         folder: PathBuf,
+    },
+    /// Results would be written over those of something else that has the same name.
+    #[error(
+        "{} holds the results of a {of} of the same name: nothing was changed; name this one otherwise, or choose another folder with --out",
+        folder.display()
+    )]
+    OtherResults {
+        /// The folder.
+        folder: PathBuf,
+        /// What they are of.
+        of: Of,
     },
     /// No object was detected in any episode.
     #[error(

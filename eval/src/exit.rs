@@ -64,6 +64,7 @@ impl BenchError {
             | BenchError::NotViewing { .. }
             | BenchError::ObjectiveNotViewing { .. }
             | BenchError::NothingHeldOut { .. }
+            | BenchError::OtherResults { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]

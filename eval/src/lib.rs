@@ -7,7 +7,7 @@
 //!
 //! - [`score`]: estimate x truth -> number
 //! - [`statistics`], [`distribution`], [`table`], [`results`], [`manifest`]: numbers -> a result with its origin
-//! - [`render`], [`figure`], [`report`]: result -> text, pictures, files
+//! - [`render`], [`figure`], [`report`], [`result_folder`]: result -> text, pictures, files
 //! - [`gate`]: result x committed result -> verdict
 //! - [`scene_file`], [`cli`], [`run`], [`exit`]: the `bench` command
 
@@ -27,6 +27,7 @@ pub mod progress;
 pub mod recording;
 pub mod render;
 pub mod report;
+pub mod result_folder;
 pub mod results;
 pub mod run;
 pub mod scene_file;

@@ -44,6 +44,9 @@ pub struct Manifest {
     pub host: Host,
     /// The command line, without the program's folder.
     pub command: Vec<String>,
+    /// The other files of these results.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
     /// Options after defaults, by name.
     pub options: serde_json::Value,
     /// Seconds each stage took, in order.
@@ -99,6 +102,7 @@ impl Manifest {
             renderer: Renderer::default(),
             host: Host::this(),
             command: command_line(),
+            files: Vec::new(),
             options: serde_json::Value::Null,
             seconds: Vec::new(),
         }

@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::store::{FolderLock, StoreError, write_tum};
 
+/// File by which a folder is found writable.
+const PROBE: &str = ".probe.tmp";
+
 /// A folder that was found writable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputFolder(PathBuf);
@@ -25,10 +28,16 @@ pub struct OutputError {
 impl OutputFolder {
     /// Makes the folder where it is missing, and writes and removes a file in it.
     pub fn probe(path: &Path) -> Result<Self, OutputError> {
-        let probe = path.join(format!(".probe-{}.tmp", std::process::id()));
+        let removed = |probe: &Path| match fs::remove_file(probe) {
+            // Another run may have been as far.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed,
+        };
+        // One name for all, so that what a killed run leaves is removed by the next one.
+        let probe = path.join(PROBE);
         fs::create_dir_all(path)
             .and_then(|()| write_synced(&probe, b"probe"))
-            .and_then(|()| fs::remove_file(&probe))
+            .and_then(|()| removed(&probe))
             .map_err(|source| OutputError { path: path.to_owned(), source })?;
         Ok(Self(path.to_owned()))
     }
@@ -118,6 +127,8 @@ mod tests {
         let names = |path: PathBuf| -> Vec<_> {
             fs::read_dir(path).unwrap().map(|entry| entry.unwrap().file_name()).collect()
         };
+        fs::write(out.path().join(PROBE), "of a killed run").unwrap();
+        OutputFolder::probe(out.path()).unwrap();
         assert_eq!(names(out.path().to_owned()), ["scene"]);
         assert_eq!(names(out.path().join("scene/0")), ["truth.tum"]);
     }

@@ -146,6 +146,26 @@ fn what_is_not_ours_or_of_other_seeds_is_refused() {
 }
 
 #[test]
+fn files_of_others_are_neither_lost_nor_written_over() {
+    let scene = SmallScene::new(&[]);
+    let write = |formats: &str| Finished::of(&mut scene.dataset("d", &["--seeds", "1", "--format", formats]));
+    write("vantage").expect(0, &[]);
+    fs::write(scene.path("d/0/annotations.csv"), "mine").unwrap();
+    fs::write(scene.path("d/0/detections.csv"), "damaged").unwrap();
+    write("vantage").expect(0, &["detections.csv", "anew", "set_aside/0"]);
+    assert_eq!(fs::read_to_string(scene.path("d/set_aside/0/annotations.csv")).unwrap(), "mine");
+    assert!(read_episode(&scene.path("d/0")).is_ok() && !scene.path("d/0/annotations.csv").exists());
+
+    for (format, file) in [("tum", "tum/0/truth.tum"), ("g2o", "g2o/0.g2o")] {
+        let path = scene.path("d").join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, "mine").unwrap();
+        write(format).expect(2, &["something else"]);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+    }
+}
+
+#[test]
 fn episodes_of_another_scene_are_left_as_they_are() {
     let scene = SmallScene::new(&[]);
     let write = || Finished::of(&mut scene.dataset("d", &["--seeds", "1"]));

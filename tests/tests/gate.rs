@@ -21,10 +21,10 @@ fn a_regression_ends_with_10_and_a_table() {
     scene.run().expect(0, &[]);
     let passed = check(&scene);
     passed.expect(0, &[]);
-    assert!(passed.stdout.starts_with("0 regressed"), "{}", passed.stdout);
+    assert!(passed.stdout.starts_with("of the means over seeds 0 regressed"), "{}", passed.stdout);
     let first = check_seeds(&scene, &["--seeds", "1"]);
     first.expect(0, &[]);
-    assert!(first.stdout.starts_with("0 regressed"), "{}", first.stdout);
+    assert!(first.stdout.starts_with("of the means over seeds 0 regressed"), "{}", first.stdout);
     check_seeds(&scene, &["--seeds", "3"]).expect(2, &["no run on seed 2"]);
     check_seeds(&scene, &["--seeds", "-1"]).expect(2, &["invalid value '-1'", "--seeds"]);
 
@@ -55,7 +55,11 @@ fn a_baseline_from_before_a_table_was_there_is_read_and_what_is_new_is_said() {
     fs::write(&path, results.to_string()).expect("an old baseline");
     let checked = check(&scene);
     checked.expect(10, &[]);
-    assert!(checked.stdout.starts_with("0 regressed, 0 improved, "), "{}", checked.stdout);
+    assert!(
+        checked.stdout.starts_with("of the means over seeds 0 regressed, 0 improved, "),
+        "{}",
+        checked.stdout
+    );
     let told = checked.stdout.contains("new: not in the baseline") && checked.stdout.contains("instances");
     assert!(told, "{}", checked.stdout);
 }

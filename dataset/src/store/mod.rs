@@ -20,6 +20,7 @@ mod lock;
 mod manifest;
 mod npy;
 mod pose_fields;
+mod replaced;
 mod table;
 mod tum;
 mod views;
@@ -40,6 +41,7 @@ pub use lock::Waiting;
 pub use manifest::{Content, FileRecord, Manifest, Provenance, read_manifest, verify};
 pub(crate) use manifest::{read_json, write_json};
 pub(crate) use pose_fields::to_fields;
+pub use replaced::replace_folder;
 pub use tum::write_tum;
 pub use views::{read_views, write_views};
 

@@ -6,11 +6,10 @@ use crate::error::BenchError;
 use crate::figure::contact_sheet::contact_sheet_png;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::trajectory::{TopView, trajectory_svg};
-use crate::output::OutputFolder;
+use crate::result_folder::ResultFolder;
 use crate::score::pairs::Pairs;
 use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
-use std::path::Path;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Observations, Truth};
 use vantage_slam::Row;
@@ -19,19 +18,18 @@ use vantage_slam::Row;
 const COLUMNS: usize = 16;
 
 /// Writes `<seed>/*.tum` for every seed, and the pictures of the first seed that has an episode.
-pub fn write(out: &OutputFolder, folder: &Path, scored: &Scored) -> Result<(), BenchError> {
+pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
     let mut pictured = false;
     for ((seed, episode), (_, answers)) in scored.episodes.iter().zip(&scored.answers) {
         let Ok(episode) = episode else { continue };
         let observations = read_observations(&episode.folder)?;
         let truth = read_truth(&episode.folder)?;
-        let of_seed = folder.join(seed.0.to_string());
         let answered = answers.iter().filter(|answer| !answer.world_from_robot.is_empty());
         let rows =
             answered.map(|answer| (row_name(answer.row, scored.semantic_row), &answer.world_from_robot));
         for (name, poses) in [("truth", &truth.world_from_robot)].into_iter().chain(rows.clone()) {
             let trajectory = Trajectory::new(observations.timestamps.clone(), poses.clone())?;
-            out.write_trajectory(of_seed.join(format!("{name}.tum")), &trajectory)?;
+            folder.write_trajectory(&format!("{}/{name}.tum", seed.0), &trajectory)?;
         }
         if !pictured {
             pictured = true;
@@ -42,9 +40,9 @@ pub fn write(out: &OutputFolder, folder: &Path, scored: &Scored) -> Result<(), B
                 estimates.push((name, poses.iter().map(|pose| alignment * pose).collect::<Vec<_>>()));
             }
             let title = format!("{}, seed {}", scored.results.scene, seed.0);
-            out.write(folder.join("trajectory.svg"), top_view(&title, &truth, &estimates)?.as_bytes())?;
+            folder.write("trajectory.svg", top_view(&title, &truth, &estimates)?.as_bytes())?;
             if !observations.detections.is_empty() {
-                out.write(folder.join("crops.png"), &sheet(&observations)?)?;
+                folder.write("crops.png", &sheet(&observations)?)?;
             }
         }
     }
@@ -52,7 +50,7 @@ pub fn write(out: &OutputFolder, folder: &Path, scored: &Scored) -> Result<(), B
     if !curve.is_empty() {
         let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
         let likelihood = likelihood_svg(title, &[(scored.semantic_row, curve)])?;
-        out.write(folder.join("likelihood.svg"), likelihood.as_bytes())?;
+        folder.write("likelihood.svg", likelihood.as_bytes())?;
     }
     Ok(())
 }

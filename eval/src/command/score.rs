@@ -13,8 +13,9 @@ use crate::pipeline::{
 use crate::progress::Progress;
 use crate::render::{self, Style};
 use crate::report;
+use crate::result_folder::{Of, ResultFolder};
 use crate::results::Results;
-use crate::scene_file::SceneFile;
+use crate::scene_file::{self, SceneFile};
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
 use crate::table::{Outcome, Table};
 use std::io::Write;
@@ -61,6 +62,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let tests = test_views(&pipeline, &seeds)?;
     clock.stage("test views");
     let loaded = model(&pipeline, chosen.as_deref())?;
+    tests.iter().try_for_each(|scored| loaded.check_set(&scored.set))?;
     clock.stage("model");
     let (episodes, answers) = if pipeline.file.robot.path.stations() {
         let told = "note: no robot drives in this scene: single views are scored, and no trajectory";
@@ -147,15 +149,18 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let out = OutputFolder::probe(&args.out)?;
     // Required by the command line whenever there is no other command.
     let scene = args.scene.clone().unwrap_or_default();
+    let file: SceneFile = scene_file::read(&scene)?;
+    ResultFolder::check(&out, &file.name, Of::Scene)?;
     let scored = score(&scene, &args.stages)?;
     print(&scored, stdout)?;
     let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
-    let folder = PathBuf::from(&scored.results.scene);
-    let _lock = OutputFolder::probe(&out.path().join(&folder))?.lock(&Progress::detect())?;
-    pictures::write(&out, &folder, &scored)?;
-    out.write(folder.join("viewpoint.md"), format!("# {}\n\n{viewpoints}", scored.results.scene).as_bytes())?;
-    report::write(&out, &scored.results, &scored.manifest)?;
-    Progress::detect().note(&format!("written to {}", out.path().join(&folder).display()));
+    let (name, progress) = (&scored.results.scene, Progress::detect());
+    let folder = ResultFolder::open(&out, name, Of::Scene, &progress)?;
+    let written = format!("written to {}", folder.path().display());
+    pictures::write(&folder, &scored)?;
+    folder.write("viewpoint.md", format!("# {name}\n\n{viewpoints}").as_bytes())?;
+    report::write(folder, &scored.results, &scored.manifest)?;
+    progress.note(&written);
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());

@@ -11,15 +11,17 @@ use crate::pipeline::{
     LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, VariantModels, finished_model, study_views,
     variant_models, variant_scores,
 };
+use crate::progress::Progress;
 use crate::render::{self, Style};
 use crate::report;
+use crate::result_folder::{Of, ResultFolder};
 use crate::results::Results;
 use crate::scene_file;
 use crate::study_file::{Scored, StudyFile, VariantError};
 use crate::table::{Outcome, Run, Table};
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 use vantage_dataset::{Seed, Split};
 use vantage_learn::Objective;
@@ -31,6 +33,7 @@ const TRUNKS: &str = "trunks";
 pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
+    ResultFolder::check(&out, &study.name, Of::Study)?;
     let beside = args.study.parent().unwrap_or(Path::new(""));
     let scene = beside.join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
@@ -132,14 +135,14 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             .map_or(study.scored.told().to_owned(), |views| format!("the views in {}", views.display())),
         notes.collect::<String>()
     );
-    let folder = PathBuf::from(&study.name);
-    out.write(folder.join("variants.md"), notes.as_bytes())?;
+    let folder = ResultFolder::open(&out, &study.name, Of::Study, &Progress::detect())?;
+    folder.write("variants.md", notes.as_bytes())?;
     if let Some((_, png)) = map {
-        out.write(folder.join(latents::LATENTS), &png)?;
+        folder.write(latents::LATENTS, &png)?;
     }
     let scored =
         tables.iter().flat_map(Table::runs).any(|run| run.outcome == Outcome::Done && !run.scores.is_empty());
-    report::write(&out, &Results::new(&study.name, &hash, tables), &manifest)?;
+    report::write(folder, &Results::new(&study.name, &hash, tables), &manifest)?;
     Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }
 

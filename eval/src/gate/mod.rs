@@ -106,8 +106,8 @@ mod tests {
         assert_eq!(verdict.comparisons.len(), 3 * 2);
         assert_eq!(
             verdict.report(Style::Terminal),
-            "0 regressed, 0 improved, 0 moved either way, 0 new, 6 within tolerance\n\
-             All 24 scores are those of the baseline to the last bit.\n"
+            "of the means over seeds 0 regressed, 0 improved, 0 moved either way, 0 new, 6 within tolerance\n\
+             All 24 scores of single seeds that both have are those of the baseline to the last bit.\n"
         );
     }
 
@@ -129,7 +129,7 @@ mod tests {
         let within = verdict(&shifted([0.0009, -0.0004, 0.0002, 0.0]));
         assert!(within.passed(), "{:?}", moved(&within));
         let report = within.report(Style::Terminal);
-        assert!(report.contains("3 of 24 scores differ"), "{report}");
+        assert!(report.contains("3 of 24 scores of single seeds differ"), "{report}");
         assert!(report.contains("seed 0"), "the largest difference is there: {report}");
     }
 
@@ -159,10 +159,13 @@ mod tests {
             let runs = runs().into_iter().filter(|r| methods.contains(&r.method.as_str())).collect();
             let seeds: Vec<Seed> = (0..4).map(Seed).collect();
             let metrics = [Metric::Ate, Metric::Heading];
-            let table = Table::new("trajectory", methods, Some("geometric"), &metrics, &seeds, runs);
+            let table = Table::new("trajectory", methods, Some(methods[0]), &metrics, &seeds, runs);
             Results::new("tabletop", "abc", vec![table.unwrap()])
         };
         let (less, all) = (only(&METHODS[..2]), only(&METHODS));
+        let other = compare(&less, &only(&METHODS[2..])).unwrap();
+        assert_eq!((other.count(Movement::Regressed), other.count(Movement::New)), (4, 2));
+        assert!(other.report(Style::Terminal).contains("none of the scores that are here"));
         assert_eq!(compare(&all, &less).unwrap().count(Movement::Regressed), 2);
         assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);
         let empty = Results::new("tabletop", "abc", vec![]);

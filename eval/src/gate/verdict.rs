@@ -30,7 +30,7 @@ impl Verdict {
     pub fn report(&self, style: Style) -> String {
         let of = |movement| self.count(movement);
         let line = format!(
-            "{} regressed, {} improved, {} moved either way, {} new, {} within tolerance\n{}\n",
+            "of the means over seeds {} regressed, {} improved, {} moved either way, {} new, {} within tolerance\n{}\n",
             of(Movement::Regressed),
             of(Movement::Improved),
             of(Movement::Unclear),
@@ -70,16 +70,22 @@ impl Verdict {
         match shifts().max_by(|a, b| share(a).total_cmp(&share(b))) {
             Some((c, shift)) if differing > 0 => {
                 let (seed, old, new) = shift.most;
+                let (there, now) = (c.metric.display(old), c.metric.display(new));
+                let values = match there == now {
+                    true => format!("{there} there and now, {:.0e} apart", (new - old).abs()),
+                    false => format!("{there} there, {now} now"),
+                };
                 format!(
-                    "{differing} of {all} scores differ from the baseline, most the {} of {} on seed {}: {} there, {} now.",
+                    "{differing} of {all} scores of single seeds differ from the baseline, most the {} of {} on seed {}: {values}.",
                     c.metric.heading(),
                     c.method,
                     seed.0,
-                    c.metric.display(old),
-                    c.metric.display(new)
                 )
             }
-            _ => format!("All {all} scores are those of the baseline to the last bit."),
+            _ if all == 0 => "The baseline has none of the scores that are here.".to_owned(),
+            _ => format!(
+                "All {all} scores of single seeds that both have are those of the baseline to the last bit."
+            ),
         }
     }
 }

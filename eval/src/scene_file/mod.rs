@@ -4,6 +4,7 @@ mod error;
 mod place;
 mod range;
 mod read;
+mod words;
 
 pub use error::SceneFileError;
 pub use read::{MAX_BYTES, parse, read};

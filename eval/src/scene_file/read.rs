@@ -2,6 +2,7 @@
 
 use super::SceneFileError;
 use super::range::Ranges;
+use super::words::Words;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -51,7 +52,7 @@ where
     checked.map_err(|error| {
         let name = path.to_string_lossy();
         let ranges = Ranges::of::<T>();
-        let formatter = serde_saphyr::UserMessageFormatter.with_localizer(&ranges);
+        let formatter = Words(&ranges);
         let render = serde_saphyr::render_options! {
             formatter: &formatter,
             source_name: Some(name.as_ref()),
@@ -153,7 +154,10 @@ mod tests {
             (GOOD.replace("purpose", "purposes"), "purposes", ":3:1"),
             (format!("{GOOD}name: again\n"), "name", ":6:1"),
             (GOOD.replace("seeds: 10", "seeds: ten"), "a number of seeds", ":5:"),
-            (GOOD.replace("version: 1", "version: one"), "version", ":1:10"),
+            (GOOD.replace("version: 1", "version: one"), "a whole number from 0 to 4294967295", ":1:10"),
+            (GOOD.replace("version: 1", "version: -1"), "a whole number from 0 to 4294967295", ":1:10"),
+            (GOOD.replace("version: 1", "version: [1]"), "a single value, no list or mapping", ":1:10"),
+            (GOOD.replace("version: 1", "version:"), "a whole number", ":1:"),
             (GOOD.replace("name: tabletop", "name: [tabletop"), "", ":"),
             (GOOD.replace("  seeds", "\tseeds"), "tab", ":5:"),
             (GOOD.replace("seeds: 10", "seeds: .nan"), ".nan", ":5:10"),
@@ -189,6 +193,10 @@ mod tests {
             assert!(message.contains(":1:7"), "{message}");
         }
         assert!(error::<World>("mass: 1\nshapes: [{kind: ball}]\n").contains("ball"));
+        assert!(error::<World>("mass: heavy\nshapes: []\n").contains("expected a number"));
+        let both = "mass: 1\nshapes: []\nsurface: { table: { height: 1 }, board: { width: 1 } }\n";
+        let message = error::<World>(both);
+        assert!(message.contains("expected one choice") && message.contains(":3:"), "{message}");
     }
 
     #[test]

@@ -15,7 +15,7 @@ use scene_folder::SceneFolder;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// BOP's unit of length, of which a metre has so many.
 const MILLIMETRES: f64 = 1000.0;
@@ -202,9 +202,11 @@ impl BopWriter {
         self.folder.written(written)
     }
 
-    /// Writes what is left and marks the dataset as finished.
-    pub fn finish(mut self) -> Result<LayoutManifest, StoreError> {
+    /// Writes what is left and marks the dataset as finished; also gives the folders of scenes that were moved to `set_aside/`, since
+    /// they were to be written anew and hold what others put there.
+    pub fn finish(mut self) -> Result<(LayoutManifest, Vec<PathBuf>), StoreError> {
         self.close_shard()?;
+        let set_aside = std::mem::take(&mut self.folder.set_aside);
         let manifest = &self.folder.manifest;
         let mut files = vec![("camera.json".to_owned(), camera_file(&self.options.camera))];
         let models = manifest.objects.values().filter_map(|o| Some((o.obj_id?, o.model.clone()?)));
@@ -215,7 +217,7 @@ impl BopWriter {
         }
         let files: Vec<_> =
             files.into_iter().map(|(name, value)| (name, value.to_string().into_bytes())).collect();
-        self.folder.finish(&files)
+        Ok((self.folder.finish(&files)?, set_aside))
     }
 
     /// `key_to_shard.json` of each split: the number of the shard that holds an image.

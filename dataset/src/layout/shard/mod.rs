@@ -4,6 +4,7 @@
 //! manifest.json            written last: the dataset is finished
 //! manifest.partial.json    instead, while it is not: the finished shards
 //! .partial/                the shard that is being written
+//! set_aside/               folders that were written anew, with files in them that are not of the dataset
 //! ```
 
 mod archive;
@@ -12,7 +13,9 @@ mod manifest;
 mod record;
 
 use crate::Split;
-use crate::store::{FileRecord, Provenance, StoreError, make_folder, sync_folder, write_whole};
+use crate::store::{
+    FileRecord, Provenance, StoreError, make_folder, replace_folder, sync_folder, write_whole,
+};
 pub(super) use archive::{TarShard, keys_of_tar};
 pub use inventory::Inventory;
 use manifest::LayoutManifest as Manifest;
@@ -24,6 +27,8 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 const WORK: &str = ".partial";
+/// Where folders go that are written anew and hold what others put there.
+const SET_ASIDE: &str = "set_aside";
 /// The first manifest, before it is put in place.
 const BEGINNING: &str = "manifest.partial.json.tmp";
 
@@ -60,13 +65,15 @@ pub(super) struct ShardedFolder {
     root: PathBuf,
     /// Whether a sample was lost, so that none may follow.
     failed: bool,
+    /// Folders that were moved to make room, because they hold what others put there.
+    pub(super) set_aside: Vec<PathBuf>,
     pub(super) manifest: Manifest,
 }
 
 impl ShardedFolder {
     /// Begins a dataset, or goes on with one that was begun with the same options and provenance.
     ///
-    /// Damaged shards and all after them are removed, as are all shards where a mesh is damaged.
+    /// Damaged shards and all after them are written anew, as are all shards where a mesh is damaged.
     pub(super) fn open(
         root: &Path,
         layout: &str,
@@ -80,7 +87,8 @@ impl ShardedFolder {
             }
             make_folder(&root.join(WORK))?;
             asked.write_partial(root)?;
-            let writer = Self { root: root.to_owned(), failed: false, manifest: asked };
+            let writer =
+                Self { root: root.to_owned(), failed: false, set_aside: Vec::new(), manifest: asked };
             return Ok(Opened::Unfinished { writer, skip: 0, damage: None });
         };
         manifest.require_same(root, &asked)?;
@@ -102,13 +110,15 @@ impl ShardedFolder {
         manifest.files.clear();
         manifest.samples = manifest.shards.iter().map(|shard| shard.samples).sum();
         manifest.withdraw(root)?;
+        // Folders stay until what is written anew takes their place.
         lost.iter()
             .map(|shard| root.join(&shard.name))
+            .filter(|path| !path.is_dir())
             .chain([root.join(WORK)])
             .try_for_each(|p| remove(&p))?;
         make_folder(&root.join(WORK))?;
         let skip = manifest.samples;
-        let writer = Self { root: root.to_owned(), failed: false, manifest };
+        let writer = Self { root: root.to_owned(), failed: false, set_aside: Vec::new(), manifest };
         Ok(Opened::Unfinished { writer, skip, damage })
     }
 
@@ -144,10 +154,11 @@ impl ShardedFolder {
         let (work, place) = (self.work(), self.root.join(name));
         let content = record(&work)?;
         place.parent().map_or(Ok(()), make_folder)?;
-        if place.is_dir() {
-            remove(&place)?;
+        if work.is_dir() {
+            self.set_aside.extend(replace_folder(&work, &place, &self.root.join(SET_ASIDE))?);
+        } else {
+            fs::rename(&work, &place).map_err(StoreError::write(&place))?;
         }
-        fs::rename(&work, &place).map_err(StoreError::write(&place))?;
         place.parent().map_or(Ok(()), sync_folder)?;
         let first = self.manifest.samples;
         self.manifest.shards.push(ShardRecord { name: name.to_owned(), split, first, samples, content });

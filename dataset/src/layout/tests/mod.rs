@@ -297,7 +297,9 @@ fn write_scenes(folder: &Path, layout: BopLayout, scenes: &[Rectangles]) -> Layo
     let (mut writer, skip) = open_bop(folder, bop_options(layout));
     assert_eq!(skip, 0);
     push_scenes(&mut writer, scenes, 0, u64::MAX);
-    writer.finish().unwrap()
+    let (manifest, set_aside) = writer.finish().unwrap();
+    assert!(set_aside.is_empty());
+    manifest
 }
 
 const WEB: BopLayout = BopLayout::WebDataset { images_per_shard: 3 };

@@ -93,10 +93,30 @@ fn damaged_files_of_a_finished_dataset_are_written_again() {
             let told = name.split('/').take(2).collect::<Vec<_>>().join("/");
             assert!(damage.contains(&told), "{damage}");
             push_scenes(&mut writer, &scenes, skip, u64::MAX);
-            assert_eq!(writer.finish().unwrap(), manifest);
+            assert_eq!(writer.finish().unwrap(), (manifest.clone(), Vec::new()));
             assert!(files(folder.path()) == expected, "{name}");
         }
     }
+}
+
+#[test]
+fn what_others_put_into_a_scene_s_folder_is_set_aside() {
+    let scenes = scenes();
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = write_scenes(folder.path(), BopLayout::Scenes, &scenes);
+    let expected = files(folder.path());
+    let note = "train/000001/mine/note.txt";
+    fs::create_dir(folder.path().join(note).parent().unwrap()).unwrap();
+    fs::write(folder.path().join(note), "mine").unwrap();
+    let (mut writer, skip, damage) = reopen_bop(folder.path(), BopLayout::Scenes);
+    assert!(skip == 5 && damage.contains("train/000001"), "{skip} {damage}");
+    assert!(folder.path().join(note).exists(), "until it is written anew");
+    push_scenes(&mut writer, &scenes, skip, u64::MAX);
+    let aside = folder.path().join("set_aside/000001");
+    assert_eq!(writer.finish().unwrap(), (manifest, vec![aside.clone()]));
+    assert_eq!(fs::read(aside.join("mine/note.txt")).unwrap(), b"mine");
+    fs::remove_dir_all(folder.path().join("set_aside")).unwrap();
+    assert!(files(folder.path()) == expected);
 }
 
 #[test]

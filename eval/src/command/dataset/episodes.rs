@@ -1,12 +1,12 @@
 //! `vantage`: whole episodes in our own layout, one folder a seed.
 
-use super::{Format, Index, Need};
+use super::{Format, Index, Need, kept_aside};
 use crate::error::BenchError;
 use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
 use std::fs;
 use std::path::Path;
-use vantage_dataset::store::{Provenance, StoreError, read_manifest, verify, write_episode};
+use vantage_dataset::store::{Provenance, StoreError, read_manifest, replace_folder, verify, write_episode};
 use vantage_dataset::{Episode, Seed};
 
 /// Folders of episodes.
@@ -55,11 +55,10 @@ impl Format for Episodes<'_> {
         let seed = episode.observations.seed.0;
         let folder = self.out.path().join(seed.to_string());
         let partial = self.out.path().join(format!("{seed}.partial"));
-        let cannot = |source| OutputError { path: folder.clone(), source };
-        remove(&partial).map_err(cannot)?;
+        remove(&partial).map_err(|source| OutputError { path: partial.clone(), source })?;
         write_episode(&partial, episode, self.provenance.clone())?;
-        remove(&folder).map_err(cannot)?;
-        fs::rename(&partial, &folder).map_err(cannot)?;
+        let set_aside = replace_folder(&partial, &folder, &self.out.path().join("set_aside"))?;
+        set_aside.iter().for_each(|folder| self.progress.note(&kept_aside(folder)));
         Ok(())
     }
 }

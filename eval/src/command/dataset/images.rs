@@ -1,7 +1,8 @@
 //! `bop` and `bop-webdataset`: whole images with the poses and masks of objects, and their meshes.
 
-use super::{Format, Index, Need, Source, taken_up};
+use super::{Format, Index, Need, Source, kept_aside, taken_up};
 use crate::error::BenchError;
+use crate::progress::Progress;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,8 @@ use vantage_sim::scene::CheckedScene;
 const MOST_SCENES: u64 = 1_000_000;
 
 /// A dataset of images.
-pub struct Images {
+pub struct Images<'a> {
+    progress: &'a Progress,
     /// None where it was finished before.
     writer: Option<BopWriter>,
     split: Split,
@@ -28,9 +30,9 @@ pub struct Images {
     objects: Vec<ObjectTruth>,
 }
 
-impl Images {
+impl<'a> Images<'a> {
     /// Opens the folder.
-    pub fn open(root: &Path, layout: BopLayout, source: &Source<'_>) -> Result<Self, BenchError> {
+    pub fn open(root: &Path, layout: BopLayout, source: &Source<'a>) -> Result<Self, BenchError> {
         source.require_seeds_below(MOST_SCENES, "bop")?;
         let camera = source.scene.sensors().camera.intrinsics();
         let options = BopOptions { layout, name: source.name.to_owned(), camera };
@@ -38,11 +40,12 @@ impl Images {
         let (writer, skip) = taken_up(opened, source.progress);
         let ids = writer.as_ref().map(BopWriter::ids).unwrap_or_default();
         let licences = licences(source.scene);
-        Ok(Self { writer, split: source.split, skip, ids, licences, scene: 0, objects: Vec::new() })
+        let (split, progress) = (source.split, source.progress);
+        Ok(Self { progress, writer, split, skip, ids, licences, scene: 0, objects: Vec::new() })
     }
 }
 
-impl Format for Images {
+impl Format for Images<'_> {
     fn need(&mut self, seed: Seed, index: &Index) -> Result<Need, BenchError> {
         if self.writer.is_none() {
             return Ok(Need::Nothing);
@@ -79,9 +82,9 @@ impl Format for Images {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        if let Some(writer) = self.writer {
-            writer.finish()?;
-        }
+        let Some(writer) = self.writer else { return Ok(()) };
+        let (_, set_aside) = writer.finish()?;
+        set_aside.iter().for_each(|folder| self.progress.note(&kept_aside(folder)));
         Ok(())
     }
 }

@@ -24,6 +24,7 @@ use images::Images;
 use index::Index;
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::path::Path;
 use trajectories::Trajectories;
 use vantage_dataset::layout::{BopLayout, CropLayout, Opened};
 use vantage_dataset::store::Provenance;
@@ -123,6 +124,14 @@ fn taken_up<W>(opened: Opened<W>, progress: &Progress) -> (Option<W>, u64) {
     }
 }
 
+/// What is told of a folder that was written anew.
+fn kept_aside(folder: &Path) -> String {
+    format!(
+        "warning: a folder that was written anew held files that are not of the dataset: it is now {}",
+        folder.display()
+    )
+}
+
 /// Writes every format of every seed below `args.out`. What is there, whole and of this scene, is kept, and what a killed run
 /// left is gone on with. A seed without a world is told of and left out; if none has one, that is the error.
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
@@ -170,8 +179,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         let at = |name: &str| out.path().join(name);
         formats.push(match format {
             DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone(), &progress)),
-            DatasetFormat::Tum => Box::new(Trajectories::tum(&out, &source)?),
-            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out, &source)?),
+            DatasetFormat::Tum => Box::new(Trajectories::tum(&out, &source, &provenance)?),
+            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out, &source, &provenance)?),
             DatasetFormat::Webdataset => {
                 Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, &source)?)
             }

@@ -1,12 +1,13 @@
 //! `tum` and `g2o`: the true trajectory, and what odometry alone makes of it.
 
+use super::claim::{CLAIM, claim};
 use super::{Format, Index, Need, Source};
 use crate::error::BenchError;
 use crate::output::OutputFolder;
 use crate::trajectory::Trajectory;
 use std::path::Path;
 use vantage_dataset::layout::Inventory;
-use vantage_dataset::store::write_g2o;
+use vantage_dataset::store::{Provenance, write_g2o};
 use vantage_dataset::{Seed, Split};
 use vantage_sim::rollout::Rollout;
 use vantage_slam::initial::dead_reckoning;
@@ -24,18 +25,33 @@ pub struct Trajectories<'a> {
 
 impl<'a> Trajectories<'a> {
     /// `tum/<seed>/truth.tum` and `odometry.tum`.
-    pub fn tum(out: &'a OutputFolder, source: &Source<'_>) -> Result<Self, BenchError> {
-        Self::open(out, source, false)
+    pub fn tum(
+        out: &'a OutputFolder,
+        source: &Source<'_>,
+        provenance: &Provenance,
+    ) -> Result<Self, BenchError> {
+        Self::open(out, source, provenance, false)
     }
 
     /// `g2o/<seed>.g2o`.
-    pub fn g2o(out: &'a OutputFolder, source: &Source<'_>) -> Result<Self, BenchError> {
-        Self::open(out, source, true)
+    pub fn g2o(
+        out: &'a OutputFolder,
+        source: &Source<'_>,
+        provenance: &Provenance,
+    ) -> Result<Self, BenchError> {
+        Self::open(out, source, provenance, true)
     }
 
-    fn open(out: &'a OutputFolder, source: &Source<'_>, as_graph: bool) -> Result<Self, BenchError> {
+    fn open(
+        out: &'a OutputFolder,
+        source: &Source<'_>,
+        provenance: &Provenance,
+        as_graph: bool,
+    ) -> Result<Self, BenchError> {
         let layout = if as_graph { G2O } else { TUM };
-        let inventory = Inventory::begin(&out.path().join(layout), layout, source.provenance.clone())?;
+        let root = out.path().join(layout);
+        claim(&root, provenance)?;
+        let inventory = Inventory::begin(&root, layout, source.provenance.clone())?;
         Ok(Self { out, as_graph, split: source.split, inventory })
     }
 }
@@ -67,6 +83,6 @@ impl Format for Trajectories<'_> {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish(&[])?)
+        Ok(self.inventory.finish(&[CLAIM])?)
     }
 }
