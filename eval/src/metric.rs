@@ -265,6 +265,11 @@ impl Metric {
         self.facts().3
     }
 
+    /// Whether a run's score is the one farthest from its target, on whichever side: in a mean over runs such scores cancel.
+    pub fn is_either_extreme(self) -> bool {
+        self == Metric::WorstNumberInside95
+    }
+
     /// Its name and the unit that tables print, e.g. `Heading [deg]`.
     pub fn heading(self) -> String {
         match self.unit() {

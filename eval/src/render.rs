@@ -24,12 +24,13 @@ pub enum Style {
 pub fn tables(table: &Table, style: Style) -> String {
     let n = table.seeds().len();
     let summary = table.summary();
-    let mut text = format!("{}, mean +- 95% interval over {n} seeds\n\n", table.name());
-    text += &grid(table, &summary, style, |cell| cell.mean, table.methods().iter());
+    let over = if n == 1 { "one seed".to_owned() } else { format!("mean +- 95% interval over {n} seeds") };
+    let mut text = format!("{}, {over}\n\n", table.name());
+    text += &grid(table, &summary, style, |cell| score_text(table, cell), table.methods().iter());
     if let Some(reference) = table.reference() {
         text += &format!("\n\n{}, difference to {reference} on the same seed\n\n", table.name());
         let others = table.methods().iter().filter(|m| *m != reference);
-        text += &grid(table, &summary, style, |cell| cell.difference, others);
+        text += &grid(table, &summary, style, difference_text, others);
     }
     text.push('\n');
     text + &failures(table)
@@ -59,7 +60,7 @@ fn grid<'a>(
     table: &'a Table,
     summary: &[Summary],
     style: Style,
-    value: impl Fn(&Summary) -> Option<Mean>,
+    text: impl Fn(&Summary) -> String,
     methods: impl Iterator<Item = &'a String>,
 ) -> String {
     let head = ["Method".to_owned(), "Runs".to_owned()].into_iter();
@@ -67,8 +68,7 @@ fn grid<'a>(
     let rows = methods
         .map(|method| {
             let cells = summary.iter().filter(|cell| cell.method == *method);
-            let scores = cells.map(|cell| mean_text(cell.metric, value(cell), cell.runs));
-            [method.clone(), runs_text(table, method)].into_iter().chain(scores).collect()
+            [method.clone(), runs_text(table, method)].into_iter().chain(cells.map(&text)).collect()
         })
         .collect();
     draw(style, &head, rows)
@@ -88,12 +88,29 @@ fn runs_text(table: &Table, method: &str) -> String {
     if notes.is_empty() { runs.len().to_string() } else { format!("{} ({})", runs.len(), notes.join(", ")) }
 }
 
-/// `0.1234 +- 0.0123`, with ` (n=9)` where the score is not defined on all runs, or a dash.
+/// The mean; or, of a score whose mean says nothing, `0.906 to 0.982`.
+fn score_text(table: &Table, cell: &Summary) -> String {
+    if !cell.metric.is_either_extreme() {
+        return mean_text(cell.metric, cell.mean, cell.runs);
+    }
+    let runs = table.runs_of(&cell.method).iter().filter_map(|run| run.scores.get(&cell.metric).copied());
+    let ends = runs.map(|score| (score, score)).reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
+    let Some((low, high)) = ends else { return DASH.to_owned() };
+    let (low, high) = (cell.metric.display(low), cell.metric.display(high));
+    if low == high { low } else { format!("{low} to {high}") }
+}
+
+fn difference_text(cell: &Summary) -> String {
+    let difference = cell.difference.filter(|_| !cell.metric.is_either_extreme());
+    mean_text(cell.metric, difference, cell.runs)
+}
+
+/// `0.1234 +- 0.0123`, of one run `0.1234`, with ` (n=9)` where the score is not defined on all runs, or a dash.
 fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
     let Some(mean) = mean else { return DASH.to_owned() };
-    let half_width = mean.half_width.map_or_else(|| DASH.to_owned(), |h| metric.display(h));
+    let half_width = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
     let count = if mean.n < runs { format!(" (n={})", mean.n) } else { String::new() };
-    format!("{} +- {half_width}{count}", metric.display(mean.mean))
+    format!("{}{half_width}{count}", metric.display(mean.mean))
 }
 
 /// Viewpoint errors by family, degrees, with chance beside them; the last row is of all families.
@@ -182,8 +199,8 @@ pub fn csv(table: &Table) -> Result<Vec<u8>, csv::Error> {
 mod tests {
     use super::*;
     use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
-    use crate::table::tests::{runs, table};
-    use vantage_dataset::Symmetry;
+    use crate::table::tests::{METHODS, run, runs, table};
+    use vantage_dataset::{Seed, Symmetry};
 
     #[test]
     fn markdown_shows_means_differences_dashes_and_counts() {
@@ -215,6 +232,32 @@ mod tests {
         assert_eq!(csv.lines().next(), Some("method,seed,outcome,ate_m,heading_rad"));
         assert_eq!(csv.lines().nth(1), Some("odometry,0,done,1,"));
         assert!(csv.contains("viewpoint_dependent,0,\"failed: no, \"\"really\"\"\",,"), "{csv}");
+    }
+
+    #[test]
+    fn scores_that_err_on_either_side_do_not_cancel() {
+        let metrics = [Metric::Inside95, Metric::WorstNumberInside95];
+        let shares = [("known", 0, 0.92), ("known", 1, 0.98), ("mine", 0, 0.92), ("mine", 1, 0.92)];
+        let runs = shares.map(|(method, seed, share)| run(method, seed, &metrics.map(|m| (m, share))));
+        let seeds = [Seed(0), Seed(1)];
+        let table =
+            Table::new("calibration", &["known", "mine"], Some("known"), &metrics, &seeds, runs.to_vec());
+        let text = tables(&table.unwrap(), Style::Markdown);
+        let rows: Vec<Vec<&str>> =
+            text.lines().map(|line| line.split('|').map(str::trim).collect()).collect();
+        let cell = |method: &str, nth: usize| {
+            rows.iter().filter(|row| row.get(1) == Some(&method)).nth(nth).unwrap()[4]
+        };
+        assert_eq!([cell("known", 0), cell("mine", 0), cell("mine", 1)], ["0.920 to 0.980", "0.920", "-"]);
+    }
+
+    #[test]
+    fn one_seed_has_no_interval() {
+        let runs = runs().into_iter().filter(|run| run.seed == Seed(0)).collect();
+        let table =
+            Table::new("trajectory", &METHODS, None, &[Metric::Ate, Metric::Heading], &[Seed(0)], runs);
+        let text = tables(&table.unwrap(), Style::Markdown);
+        assert!(text.starts_with("trajectory, one seed\n") && !text.contains("+-"), "{text}");
     }
 
     #[test]
