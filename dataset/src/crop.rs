@@ -1,5 +1,7 @@
 //! The semantic measurement: the 32x32 RGB crop of a detection.
 
+use crate::widest::widest;
+
 /// Side of a crop in pixels.
 pub const CROP_SIDE: usize = 32;
 /// Bytes of a crop: 32 x 32 x 3.
@@ -17,13 +19,22 @@ impl Crop {
 
     /// The crop as `f32` in `[0, 1]`, `[3, 32, 32]` (channel, row, column).
     pub fn to_chw(&self) -> Vec<f32> {
-        let pixels = CROP_SIDE * CROP_SIDE;
         let mut planes = vec![0.0; CROP_BYTES];
-        for (pixel, rgb) in self.0.chunks_exact(3).enumerate() {
-            for (channel, &value) in rgb.iter().enumerate() {
-                planes[channel * pixels + pixel] = f32::from(value) / 255.0;
-            }
-        }
+        let (red, rest) = planes.split_at_mut(CROP_SIDE * CROP_SIDE);
+        let (green, blue) = rest.split_at_mut(CROP_SIDE * CROP_SIDE);
+        let pixels = self.0.as_chunks::<3>().0;
+        widest(
+            #[inline(always)]
+            || {
+                let outputs = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
+                for (((red, green), blue), rgb) in outputs.zip(pixels) {
+                    [*red, *green, *blue] = rgb.map(
+                        #[inline(always)]
+                        |value| f32::from(value) / 255.0,
+                    );
+                }
+            },
+        );
         planes
     }
 }

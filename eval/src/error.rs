@@ -41,10 +41,10 @@ pub enum BenchError {
     #[error(transparent)]
     Import(#[from] ImportError),
     /// A folder to import from lacks an object that was asked for.
-    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
+    #[error("{} holds {missing}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
     NoObject {
-        /// The object.
-        name: String,
+        /// `no object`, with its name if it was asked for by one.
+        missing: String,
         /// Where it was looked for.
         folder: PathBuf,
     },
@@ -91,7 +91,7 @@ pub enum BenchError {
     /// A model's folder is not there.
     #[error(
         "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
-         or train a model with --train", folder.display()
+         or have `bench SCENE` train one with --train", folder.display()
     )]
     NoModel {
         /// The folder.

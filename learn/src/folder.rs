@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
+use vantage_dataset::widest::widest;
 use vantage_dataset::{Crop, InstanceId};
 
 /// Bytes of the largest file read from a model folder.
@@ -170,7 +171,7 @@ pub(crate) fn widened(numbers: &[f32]) -> DVector<f64> {
 /// A matrix `[rows, ..]`, row-major.
 pub(crate) fn matrix(rows: usize, numbers: &[f32]) -> DMatrix<f64> {
     let columns = numbers.len() / rows;
-    DMatrix::from_fn(rows, columns, |row, column| f64::from(numbers[row * columns + column]))
+    DMatrix::from_row_iterator(rows, columns, numbers.iter().map(|&number| f64::from(number)))
 }
 
 /// A view's factor from its mean and log variance.
@@ -181,15 +182,25 @@ pub(crate) fn factor(mean: &[f32], log_variance: &[f32]) -> LatentGaussian {
 /// A crop of planes `[3, 32, 32]` in `[0, 1]`.
 pub(crate) fn crop_of(planes: &[f32]) -> Crop {
     let mut crop = Crop::black();
-    for (channel, plane) in planes.chunks_exact(CROP_SIDE * CROP_SIDE).enumerate() {
-        for (pixel, &value) in crop.0.as_chunks_mut::<3>().0.iter_mut().zip(plane) {
-            pixel[channel] = rounded(value.clamp(0.0, 1.0) * 255.0);
-        }
-    }
+    let (red, rest) = planes.split_at(CROP_SIDE * CROP_SIDE);
+    let (green, blue) = rest.split_at(CROP_SIDE * CROP_SIDE);
+    let pixels = crop.0.as_chunks_mut::<3>().0;
+    widest(
+        #[inline(always)]
+        || {
+            for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+                *pixel = [*red, *green, *blue].map(
+                    #[inline(always)]
+                    |value| rounded(value.clamp(0.0, 1.0) * 255.0),
+                );
+            }
+        },
+    );
     crop
 }
 
 /// `number.round()` of a number from 0 to 255, without the call that this is on CPUs before SSE 4.1.
+#[inline(always)]
 fn rounded(number: f32) -> u8 {
     let whole = number as i32;
     (whole + i32::from(number - whole as f32 >= 0.5)) as u8

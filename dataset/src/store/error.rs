@@ -111,6 +111,16 @@ pub enum StoreError {
         /// The folder.
         folder: PathBuf,
     },
+    /// An episode in place of a view set, or the other way round.
+    #[error("{} holds {got}: name a folder that holds {expected}", folder.display())]
+    OtherKind {
+        /// The folder.
+        folder: PathBuf,
+        /// What it holds.
+        got: &'static str,
+        /// What was to be read.
+        expected: &'static str,
+    },
     /// A dataset that was begun, or written, with other options or from other inputs.
     #[error(
         "{}/{fault}; run with those options again to go on, or choose another folder",
@@ -136,7 +146,7 @@ impl StoreError {
     /// The exit code a program should end with: 2 a wrong choice of folder or options, 5 stored data invalid, 6 cannot write, 70 a bug.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Foreign { .. } | Self::Differs { .. } => 2,
+            Self::Foreign { .. } | Self::OtherKind { .. } | Self::Differs { .. } => 2,
             Self::Write { .. } => 6,
             Self::Read { .. }
             | Self::Unfinished { .. }
@@ -145,6 +155,12 @@ impl StoreError {
             | Self::Invalid { .. } => 5,
             Self::Unfit { .. } | Self::Key { .. } => 70,
         }
+    }
+
+    /// What was found, without the remedy: for programs that mend it themselves.
+    pub fn finding(&self) -> String {
+        let text = self.to_string();
+        text.rsplit_once("; ").map_or(text.clone(), |(finding, _)| finding.to_owned())
     }
 
     pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {

@@ -129,12 +129,12 @@ impl Manifest {
     }
 
     /// The refusal of a folder that holds something else.
-    pub(super) fn not_the_kind(&self, folder: &Path, expected: &str) -> StoreError {
+    pub(super) fn not_the_kind(&self, folder: &Path, expected: &'static str) -> StoreError {
         let got = match self.content {
             Content::Episode { .. } => "an episode",
             Content::Views { .. } => "a view set",
         };
-        StoreError::invalid(folder)(Fault::new(NAME, None, "content.kind", got, expected))
+        StoreError::OtherKind { folder: folder.to_owned(), got, expected }
     }
 
     /// Commits the folder.

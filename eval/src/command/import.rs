@@ -59,8 +59,8 @@ fn bigbird(
 ) -> Result<(ImportReport, String), BenchError> {
     let mut folders = object_folders(&args.source)?;
     if folders.is_empty() {
-        let name = "of any object".to_owned();
-        return Err(BenchError::NoObject { name, folder: args.source.clone() });
+        let missing = "no object".to_owned();
+        return Err(BenchError::NoObject { missing, folder: args.source.clone() });
     }
     all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
     folders
@@ -98,7 +98,10 @@ fn split(args: &ImportArgs) -> Split {
 /// Refuses names of objects that the data do not have.
 fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), BenchError> {
     match args.objects.iter().find(|name| !known(name)) {
-        Some(name) => Err(BenchError::NoObject { name: name.clone(), folder: args.source.clone() }),
+        Some(name) => {
+            let missing = format!("no object {name}");
+            Err(BenchError::NoObject { missing, folder: args.source.clone() })
+        }
         None => Ok(()),
     }
 }

@@ -5,6 +5,7 @@ use super::check::checked_model;
 use super::error::GraphError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tract_onnx::prelude::*;
+use vantage_dataset::widest::widest;
 
 /// Largest magnitude of an input. Far beyond all that a model is trained on; where sums overflow, tract's ReLU
 /// turns NaN into 0, and a bad input would come out as a good output.
@@ -42,7 +43,7 @@ impl Graph {
     pub(crate) fn run(&self, inputs: &[&[f32]]) -> Result<Vec<Vec<f32>>, GraphError> {
         let mut values = tvec!();
         for (spec, &data) in self.signature.inputs.iter().zip(inputs) {
-            if !data.iter().all(|number| number.abs() <= LARGEST_INPUT) {
+            if !within(data, LARGEST_INPUT) {
                 return Err(GraphError::InputRange { input: spec.name.clone() });
             }
             let tensor = Tensor::from_shape(&spec.shape, data).map_err(|_| GraphError::Input {
@@ -57,7 +58,7 @@ impl Graph {
         for (spec, value) in self.signature.outputs.iter().zip(outputs.iter()) {
             let numbers = value.try_as_plain_ram().and_then(|plain| Ok(plain.as_slice::<f32>()?.to_vec()));
             let numbers = numbers.map_err(|error| GraphError::Refused { reason: error.to_string() })?;
-            if !numbers.iter().all(|number| number.is_finite()) {
+            if !within(&numbers, f32::MAX) {
                 return Err(GraphError::NonFiniteOutput { output: spec.name.clone() });
             }
             results.push(numbers);
@@ -96,6 +97,20 @@ fn check_tensors(model: &TypedModel) -> Result<(), GraphError> {
         }
     }
     Ok(())
+}
+
+/// Whether all magnitudes are at most `most`, and all are numbers.
+fn within(numbers: &[f32], most: f32) -> bool {
+    widest(
+        #[inline(always)]
+        || {
+            numbers.iter().fold(
+                true,
+                #[inline(always)]
+                |all, number| all & (number.abs() <= most),
+            )
+        },
+    )
 }
 
 /// The last wall before a runtime that was written for models one trusts.

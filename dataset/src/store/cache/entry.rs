@@ -53,7 +53,7 @@ pub(super) fn inspect(folder: &Path, key: &Key) -> Result<State, StoreError> {
     match sound {
         Ok(()) => Ok(State::Sound),
         Err(damage @ (StoreError::Damaged { .. } | StoreError::Invalid { .. })) => {
-            Ok(State::Damaged(damage.to_string()))
+            Ok(State::Damaged(damage.finding()))
         }
         Err(StoreError::Read { path, source }) if source.kind() == ErrorKind::NotFound => {
             Ok(State::Damaged(format!("{} is missing", path.display())))

@@ -218,5 +218,6 @@ fn one_kind_is_not_taken_for_another() {
     let folder = tempfile::tempdir().unwrap();
     write_views(folder.path(), &view_set(Seed(6), 2), Provenance::new()).unwrap();
     let error = read_observations(folder.path()).unwrap_err();
-    assert!(error.to_string().contains("got a view set, expected an episode"), "{error}");
+    assert!(error.to_string().contains("holds a view set: name a folder that holds an episode"), "{error}");
+    assert_eq!(error.exit_code(), 2);
 }

@@ -44,7 +44,7 @@ impl Format for Episodes<'_> {
             Err(_) if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
             Err(damage) => {
                 if folder.exists() {
-                    self.progress.note(&format!("warning: {damage}; it is written anew"));
+                    self.progress.note(&format!("warning: {}; it is written anew", damage.finding()));
                 }
                 Ok(Need::Episode)
             }

@@ -117,7 +117,7 @@ fn taken_up<W>(opened: Opened<W>, progress: &Progress) -> (Option<W>, u64) {
         Opened::Finished(_) => (None, 0),
         Opened::Unfinished { writer, skip, damage } => {
             if let Some(damage) = damage {
-                progress.note(&format!("warning: {damage}; it is written anew"));
+                progress.note(&format!("warning: {}; it is written anew", damage.finding()));
             }
             (Some(writer), skip)
         }
