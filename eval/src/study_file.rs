@@ -89,8 +89,10 @@ pub struct Variant {
 
 /// A variant that cannot be trained.
 #[derive(Debug, Error)]
-#[error("study variant {variant}: {reason}")]
+#[error("{place}study variant {variant}: {reason}")]
 pub struct VariantError {
+    /// File, line and column, as far as they are known, with what separates them from the message.
+    pub place: String,
     /// Its name.
     pub variant: String,
     /// Which setting is wrong, and how.
@@ -118,6 +120,11 @@ impl Scored {
 }
 
 impl Variant {
+    /// The refusal of its settings.
+    pub fn refused(&self, reason: String) -> VariantError {
+        VariantError { place: String::new(), variant: self.name.clone(), reason }
+    }
+
     /// Refuses to train on more instances than there are, or on fewer than are scored as known; and to train a model that is there.
     pub fn fits(&self, there: usize, known: usize) -> Result<(), VariantError> {
         let instances = self.instances.unwrap_or(there);
@@ -133,7 +140,7 @@ impl Variant {
             }
             _ => return Ok(()),
         };
-        Err(VariantError { variant: self.name.clone(), reason })
+        Err(self.refused(reason))
     }
 
     /// Refuses a model that is there where other instances than test instances are scored: those that the study trains on itself.
@@ -143,13 +150,12 @@ impl Variant {
         }
         let reason = "folder names a finished model, which is scored on test instances alone: leave out `scored` of the study, or \
                       train the variant";
-        Err(VariantError { variant: self.name.clone(), reason: reason.to_owned() })
+        Err(self.refused(reason.to_owned()))
     }
 
     /// The whole training, `base` but for what differs; of nested settings only those that are named.
     pub fn training(&self, base: &TrainingSpec) -> Result<TrainingSpec, VariantError> {
-        let failed =
-            |reason: String| VariantError { variant: self.name.clone(), reason: format!("model: {reason}") };
+        let failed = |reason: String| self.refused(format!("model: {reason}"));
         let mut whole = serde_json::to_value(base).map_err(|error| failed(error.to_string()))?;
         merge(&mut whole, &Value::Object(self.model.clone()));
         let spec: TrainingSpec = serde_json::from_value(whole).map_err(|error| failed(error.to_string()))?;

@@ -41,10 +41,12 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let scored = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
     let mut finished: BTreeMap<&str, VariantModels> = BTreeMap::new();
-    for variant in &study.variants {
-        let spec = variant.training(&pipeline.file.training.model)?;
-        variant.fits(views.instances(Split::Train), scored)?;
-        variant.allowed_under(study.scored)?;
+    for (number, variant) in study.variants.iter().enumerate() {
+        let located =
+            |error| VariantError { place: scene_file::place_of_variant(number, &args.study), ..error };
+        let spec = variant.training(&pipeline.file.training.model).map_err(located)?;
+        variant.fits(views.instances(Split::Train), scored).map_err(located)?;
+        variant.allowed_under(study.scored).map_err(located)?;
         if let Some(folder) = &variant.folder {
             let folder = beside.join(folder);
             if !folder.is_dir() {
@@ -56,7 +58,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         if spec.objective == Objective::ViewpointPredictive && views.odometry.is_none() {
             let reason =
                 "the viewpoint-predictive model is trained on odometry: set views.odometry in the scene";
-            return Err(VariantError { variant: variant.name.clone(), reason: reason.to_owned() }.into());
+            return Err(located(variant.refused(reason.to_owned())).into());
         }
     }
     let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
