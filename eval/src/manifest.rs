@@ -3,6 +3,7 @@
 //! Kept apart from [`crate::results`], which equal inputs reproduce byte for byte. `bench check` tells whether processor
 //! and renderer are those here.
 
+use crate::result_folder::Of;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -44,6 +45,9 @@ pub struct Manifest {
     pub host: Host,
     /// The command line, without the program's folder.
     pub command: Vec<String>,
+    /// What the results are of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<Of>,
     /// The other files of these results.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
@@ -102,6 +106,7 @@ impl Manifest {
             renderer: Renderer::default(),
             host: Host::this(),
             command: command_line(),
+            of: None,
             files: Vec::new(),
             options: serde_json::Value::Null,
             seconds: Vec::new(),

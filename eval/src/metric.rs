@@ -281,15 +281,19 @@ impl Metric {
         }
     }
 
+    /// A value in the unit that tables have.
+    pub fn in_table(self, value: f64) -> f64 {
+        if self.unit() == Unit::Radian { value.to_degrees() } else { value }
+    }
+
     /// A value as tables print it: metres to 0.1 mm, degrees to 0.001, decibels and nats to 0.01, shares to 0.001.
     pub fn display(self, value: f64) -> String {
-        let (value, digits) = match self.unit() {
-            Unit::Meter => (value, 4),
-            Unit::Radian => (value.to_degrees(), 3),
-            Unit::Decibel | Unit::Nat => (value, 2),
-            Unit::Ratio => (value, 3),
+        let digits = match self.unit() {
+            Unit::Meter => 4,
+            Unit::Radian | Unit::Ratio => 3,
+            Unit::Decibel | Unit::Nat => 2,
         };
-        let text = format!("{value:.digits$}");
+        let text = format!("{:.digits$}", self.in_table(value));
         let is_negative_zero = text.starts_with('-') && text.bytes().all(|b| b"-0.".contains(&b));
         if is_negative_zero { text[1..].to_owned() } else { text }
     }

@@ -94,10 +94,12 @@ fn score_text(table: &Table, cell: &Summary) -> String {
         return mean_text(cell.metric, cell.mean, cell.runs);
     }
     let runs = table.runs_of(&cell.method).iter().filter_map(|run| run.scores.get(&cell.metric).copied());
-    let ends = runs.map(|score| (score, score)).reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
-    let Some((low, high)) = ends else { return DASH.to_owned() };
+    let scores: Vec<f64> = runs.collect();
+    let end = |pick: fn(f64, f64) -> f64| scores.iter().copied().reduce(pick);
+    let (Some(low), Some(high)) = (end(f64::min), end(f64::max)) else { return DASH.to_owned() };
     let (low, high) = (cell.metric.display(low), cell.metric.display(high));
-    if low == high { low } else { format!("{low} to {high}") }
+    let ends = if low == high { low } else { format!("{low} to {high}") };
+    ends + &defined_on(scores.len(), cell.runs)
 }
 
 fn difference_text(cell: &Summary) -> String {
@@ -109,8 +111,11 @@ fn difference_text(cell: &Summary) -> String {
 fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
     let Some(mean) = mean else { return DASH.to_owned() };
     let half_width = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
-    let count = if mean.n < runs { format!(" (n={})", mean.n) } else { String::new() };
-    format!("{}{half_width}{count}", metric.display(mean.mean))
+    format!("{}{half_width}{}", metric.display(mean.mean), defined_on(mean.n, runs))
+}
+
+fn defined_on(n: usize, runs: usize) -> String {
+    if n < runs { format!(" (n={n})") } else { String::new() }
 }
 
 /// Viewpoint errors by family, degrees, with chance beside them; the last row is of all families.
@@ -238,7 +243,8 @@ mod tests {
     fn scores_that_err_on_either_side_do_not_cancel() {
         let metrics = [Metric::Inside95, Metric::WorstNumberInside95];
         let shares = [("known", 0, 0.92), ("known", 1, 0.98), ("mine", 0, 0.92), ("mine", 1, 0.92)];
-        let runs = shares.map(|(method, seed, share)| run(method, seed, &metrics.map(|m| (m, share))));
+        let mut runs = shares.map(|(method, seed, share)| run(method, seed, &metrics.map(|m| (m, share))));
+        runs[3].scores.clear();
         let seeds = [Seed(0), Seed(1)];
         let table =
             Table::new("calibration", &["known", "mine"], Some("known"), &metrics, &seeds, runs.to_vec());
@@ -248,7 +254,10 @@ mod tests {
         let cell = |method: &str, nth: usize| {
             rows.iter().filter(|row| row.get(1) == Some(&method)).nth(nth).unwrap()[4]
         };
-        assert_eq!([cell("known", 0), cell("mine", 0), cell("mine", 1)], ["0.920 to 0.980", "0.920", "-"]);
+        assert_eq!(
+            [cell("known", 0), cell("mine", 0), cell("mine", 1)],
+            ["0.920 to 0.980", "0.920 (n=1)", "-"]
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::manifest::{FILE_NAME, Manifest};
 use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
 use crate::trajectory::Trajectory;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -14,7 +14,8 @@ use std::path::{Component, Path, PathBuf};
 use vantage_dataset::store::FolderLock;
 
 /// What results are of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Of {
     /// A scene.
     Scene,
@@ -31,10 +32,15 @@ impl fmt::Display for Of {
     }
 }
 
-/// What is read of the manifest that an earlier run left.
-#[derive(Debug, Default, Deserialize)]
+/// The manifest's place while files are written: what they are of, and which an earlier run left.
+const PARTIAL: &str = "manifest.partial.json";
+
+/// What is read of a manifest, or of what stood in its place when a run was killed.
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Before {
-    #[serde(default)]
+    /// Of manifests that have it; of older ones the command tells.
+    of: Option<Of>,
+    #[serde(default, skip_serializing)]
     command: Vec<String>,
     #[serde(default)]
     files: BTreeSet<String>,
@@ -43,20 +49,31 @@ struct Before {
 impl Before {
     /// That of a folder without a manifest of ours is empty.
     fn read(folder: &Path) -> Self {
-        let text = fs::read_to_string(folder.join(FILE_NAME)).unwrap_or_default();
-        serde_json::from_str(&text).unwrap_or_default()
+        let text = [FILE_NAME, PARTIAL].iter().find_map(|name| fs::read_to_string(folder.join(name)).ok());
+        text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
     }
 
     fn of(&self) -> Option<Of> {
-        let command = self.command.get(1)?;
-        Some(if command == "study" { Of::Study } else { Of::Scene })
+        let by_command = |command: &String| if command == "study" { Of::Study } else { Of::Scene };
+        self.of.or_else(|| self.command.get(1).map(by_command))
+    }
+
+    /// Refuses to write results of something else over these.
+    fn require(&self, folder: &Path, of: Of) -> Result<(), BenchError> {
+        match self.of() {
+            Some(other) if other != of => {
+                Err(BenchError::OtherResults { folder: folder.to_owned(), of: other })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
 /// A folder that results are written to. What an earlier run wrote and this one does not is removed at the end; other files are
-/// left alone.
+/// left alone. While files are written it has no manifest.
 pub struct ResultFolder {
     folder: OutputFolder,
+    of: Of,
     before: Before,
     written: RefCell<BTreeSet<String>>,
     _lock: FolderLock,
@@ -66,10 +83,7 @@ impl ResultFolder {
     /// Refuses the place below `out` where results of something else lie that has the same name.
     pub fn check(out: &OutputFolder, name: &str, of: Of) -> Result<(), BenchError> {
         let folder = out.path().join(name);
-        match Before::read(&folder).of() {
-            Some(other) if other != of => Err(BenchError::OtherResults { folder, of: other }),
-            _ => Ok(()),
-        }
+        Before::read(&folder).require(&folder, of)
     }
 
     /// Opens the folder of the results of `name` below `out`, once no other run writes into it.
@@ -78,7 +92,11 @@ impl ResultFolder {
         let folder = OutputFolder::probe(&out.path().join(name))?;
         let lock = folder.lock(progress)?;
         let before = Before::read(folder.path());
-        Ok(Self { folder, before, written: RefCell::default(), _lock: lock })
+        before.require(folder.path(), of)?;
+        let before = Before { of: Some(of), ..before };
+        folder.write(PARTIAL, &serde_json::to_vec_pretty(&before)?)?;
+        remove(folder.path(), FILE_NAME);
+        Ok(Self { folder, of, before, written: RefCell::default(), _lock: lock })
     }
 
     /// Where it is.
@@ -101,31 +119,31 @@ impl ResultFolder {
     /// Removes what is not of these results, and writes the manifest, which names all files.
     pub fn finish(self, manifest: &Manifest) -> Result<(), BenchError> {
         let written = self.written.into_inner();
-        for name in self.before.files.difference(&written) {
-            remove(self.folder.path(), name)?;
-        }
-        let manifest = Manifest { files: written.into_iter().collect(), ..manifest.clone() };
-        Ok(self.folder.write(FILE_NAME, manifest.to_json()?.as_bytes())?)
+        let stale = self.before.files.difference(&written);
+        stale.for_each(|name| remove(self.folder.path(), name));
+        let manifest =
+            Manifest { of: Some(self.of), files: written.into_iter().collect(), ..manifest.clone() };
+        self.folder.write(FILE_NAME, manifest.to_json()?.as_bytes())?;
+        remove(self.folder.path(), PARTIAL);
+        Ok(())
     }
 }
 
-/// Removes a file that a manifest names, and its folder where that is empty then.
-fn remove(root: &Path, name: &str) -> Result<(), OutputError> {
-    if !Path::new(name).components().all(|part| matches!(part, Component::Normal(_))) {
-        return Ok(());
+/// Removes a file that a manifest names, and its folder where that is empty then. What cannot be removed stays, as does what lies
+/// elsewhere by its name or by a link.
+fn remove(root: &Path, name: &str) {
+    let relative = Path::new(name);
+    let plain = !name.is_empty() && relative.components().all(|part| matches!(part, Component::Normal(_)));
+    let parent = relative.parent().unwrap_or(Path::new(""));
+    let inside =
+        |root: PathBuf| fs::canonicalize(root.join(parent)).is_ok_and(|path| path == root.join(parent));
+    if !plain || !fs::canonicalize(root).is_ok_and(inside) {
+        return;
     }
-    let path: PathBuf = root.join(name);
-    match fs::remove_file(&path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-            return Err(OutputError { path, source });
-        }
-        _ => {}
+    let _ = fs::remove_file(root.join(relative));
+    if parent != Path::new("") {
+        let _ = fs::remove_dir(root.join(parent));
     }
-    if let Some(parent) = path.parent().filter(|parent| *parent != root) {
-        // It stays where something else is in it.
-        let _ = fs::remove_dir(parent);
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -136,9 +154,7 @@ mod tests {
     fn run(out: &OutputFolder, of: Of, files: &[&str]) -> Result<(), BenchError> {
         let folder = ResultFolder::open(out, "mine", of, &Progress::detect())?;
         files.iter().try_for_each(|name| folder.write(name, b"new"))?;
-        let word = if of == Of::Study { "study" } else { "mine.yaml" };
-        let command = vec!["bench".to_owned(), word.to_owned()];
-        folder.finish(&Manifest { command, ..Manifest::new("abc", &[Seed(0)]) })
+        folder.finish(&Manifest::new("abc", &[Seed(0)]))
     }
 
     #[test]
@@ -169,10 +185,37 @@ mod tests {
         let out = OutputFolder::probe(root.path()).unwrap();
         for (first, second, name) in [(Of::Scene, Of::Study, "scene"), (Of::Study, Of::Scene, "study")] {
             run(&out, first, &["tables.md"]).unwrap();
-            let error = run(&out, second, &["tables.md"]).unwrap_err().to_string();
-            assert!(error.contains(&format!("results of a {name} ")) && error.contains("mine"), "{error}");
+            let manifest = root.path().join("mine/manifest.json");
+            let older = serde_json::json!({ "command": ["bench", name, "--out", "results"] }).to_string();
+            for text in [fs::read_to_string(&manifest).unwrap(), older] {
+                fs::write(&manifest, text).unwrap();
+                let error = run(&out, second, &["tables.md"]).unwrap_err().to_string();
+                assert!(
+                    error.contains(&format!("results of a {name} ")) && error.contains("mine"),
+                    "{error}"
+                );
+            }
             fs::remove_dir_all(root.path().join("mine")).unwrap();
         }
+    }
+
+    #[test]
+    fn what_a_killed_run_leaves_is_known_and_counts_as_unfinished() {
+        let root = tempfile::tempdir().unwrap();
+        let out = OutputFolder::probe(root.path()).unwrap();
+        run(&out, Of::Study, &["old.csv"]).unwrap();
+        let killed = ResultFolder::open(&out, "mine", Of::Study, &Progress::detect()).unwrap();
+        killed.write("new.csv", b"new").unwrap();
+        drop(killed);
+        let names = || -> BTreeSet<String> {
+            let entries = fs::read_dir(root.path().join("mine")).unwrap();
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+        };
+        assert!(!names().contains(FILE_NAME) && names().contains("old.csv"));
+        assert!(ResultFolder::check(&out, "mine", Of::Scene).is_err());
+        run(&out, Of::Study, &["new.csv"]).unwrap();
+        assert!(names().is_superset(&["new.csv".to_owned(), FILE_NAME.to_owned()].into()));
+        assert!(!names().contains("old.csv") && !names().contains(PARTIAL));
     }
 
     #[test]
@@ -182,8 +225,11 @@ mod tests {
         fs::create_dir(root.path().join("mine")).unwrap();
         fs::write(root.path().join("kept"), "kept").unwrap();
         let absolute = root.path().join("kept");
-        let manifest = serde_json::json!({ "files": ["../kept", absolute, "a/../../kept", "."] });
+        let manifest = serde_json::json!({ "files": ["../kept", absolute, "a/../../kept", ".", "", "link/kept", "folder"] });
         fs::write(root.path().join("mine/manifest.json"), manifest.to_string()).unwrap();
+        fs::create_dir(root.path().join("mine/folder")).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(root.path(), root.path().join("mine/link")).unwrap();
         run(&out, Of::Scene, &[]).unwrap();
         assert!(absolute.exists());
     }

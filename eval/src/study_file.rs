@@ -89,10 +89,10 @@ pub struct Variant {
 
 /// A variant that cannot be trained.
 #[derive(Debug, Error)]
-#[error("{place}study variant {variant}: {reason}")]
+#[error("{}study variant {variant}: {reason}", place.as_ref().map(|place| format!("{place}: ")).unwrap_or_default())]
 pub struct VariantError {
-    /// File, line and column, as far as they are known, with what separates them from the message.
-    pub place: String,
+    /// File, line and column, as far as they are known.
+    pub place: Option<String>,
     /// Its name.
     pub variant: String,
     /// Which setting is wrong, and how.
@@ -122,7 +122,7 @@ impl Scored {
 impl Variant {
     /// The refusal of its settings.
     pub fn refused(&self, reason: String) -> VariantError {
-        VariantError { place: String::new(), variant: self.name.clone(), reason }
+        VariantError { place: None, variant: self.name.clone(), reason }
     }
 
     /// Refuses to train on more instances than there are, or on fewer than are scored as known; and to train a model that is there.

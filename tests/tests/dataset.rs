@@ -160,9 +160,17 @@ fn files_of_others_are_neither_lost_nor_written_over() {
         let path = scene.path("d").join(file);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, "mine").unwrap();
-        write(format).expect(2, &["something else"]);
+        write(format).expect(2, &["holds other files"]);
         assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+        fs::remove_dir_all(scene.path("d").join(format)).unwrap();
+        write(format).expect(0, &[]);
+        write(format).expect(0, &[]);
     }
+    let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
+    fs::write(scene.path("scene.yaml"), text.replace("objects: 3", "objects: 2")).unwrap();
+    let before = files(&scene.path("d/tum"));
+    write("tum").expect(2, &["another scene"]);
+    assert!(files(&scene.path("d/tum")) == before);
 }
 
 #[test]

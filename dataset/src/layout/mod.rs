@@ -37,7 +37,7 @@ pub use crops::{CropLayout, CropOptions, CropWriter};
 pub use import::{ImportError, ImportReport, Problem, Skipped};
 pub use lens::Lens;
 pub use rle::Rle;
-pub use shard::{Inventory, LayoutManifest, ObjectRecord, Opened, ShardRecord, verify_layout};
+pub use shard::{Inventory, LayoutManifest, ObjectRecord, Opened, SET_ASIDE, ShardRecord, verify_layout};
 
 use crate::ObjectTruth;
 use crate::store::StoreError;

@@ -159,8 +159,13 @@ impl StoreError {
 
     /// What was found, without the remedy: for programs that mend it themselves.
     pub fn finding(&self) -> String {
-        let text = self.to_string();
-        text.rsplit_once("; ").map_or(text.clone(), |(finding, _)| finding.to_owned())
+        match self {
+            Self::Damaged { path, got, expected } => {
+                format!("{} is damaged: got {got}, expected {expected}", path.display())
+            }
+            Self::Invalid { folder, fault } => format!("{}/{fault}", folder.display()),
+            other => other.to_string(),
+        }
     }
 
     pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {

@@ -41,7 +41,7 @@ pub use lock::Waiting;
 pub use manifest::{Content, FileRecord, Manifest, Provenance, read_manifest, verify};
 pub(crate) use manifest::{read_json, write_json};
 pub(crate) use pose_fields::to_fields;
-pub use replaced::replace_folder;
+pub use replaced::replace;
 pub use tum::write_tum;
 pub use views::{read_views, write_views};
 

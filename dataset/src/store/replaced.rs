@@ -1,21 +1,27 @@
-//! Folders that are written anew: what somebody else put into one is not lost.
+//! Files and folders that are written anew: what somebody else put into their place is not lost.
 
 use super::error::StoreError;
-use super::hashed_file::make_folder;
+use super::hashed_file::{make_folder, sync_folder};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Moves the folder `new` to `place`. What is there and holds nothing that `new` does not hold is removed; else it is moved below
-/// `aside`, and the answer is where to.
-pub fn replace_folder(new: &Path, place: &Path, aside: &Path) -> Result<Option<PathBuf>, StoreError> {
+/// Moves the file or folder `new` to `place`. A file that is there, or a folder that holds nothing but what `new` holds, too, is
+/// removed; anything else is moved below `aside`, and the answer is where to.
+pub fn replace(new: &Path, place: &Path, aside: &Path) -> Result<Option<PathBuf>, StoreError> {
     let mut kept = None;
-    if place.is_dir() {
-        if holds_more(place, new).map_err(StoreError::read(place))? {
-            let free = free_name(aside, place);
-            make_folder(aside)?;
-            fs::rename(place, &free).map_err(StoreError::write(&free))?;
-            kept = Some(free);
+    if let Ok(there) = fs::symlink_metadata(place) {
+        let ours = if there.is_dir() {
+            new.is_dir() && !holds_more(place, new).map_err(StoreError::read(place))?
         } else {
+            there.is_file() && new.is_file()
+        };
+        if !ours {
+            make_folder(aside)?;
+            let free = free_name(aside, place);
+            fs::rename(place, &free).map_err(StoreError::write(&free))?;
+            sync_folder(aside)?;
+            kept = Some(free);
+        } else if there.is_dir() {
             fs::remove_dir_all(place).map_err(StoreError::write(place))?;
         }
     }
@@ -46,7 +52,7 @@ fn free_name(aside: &Path, place: &Path) -> PathBuf {
     let name = place.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let numbered = (2..).map(|number| aside.join(format!("{name}.{number}")));
     let mut names = std::iter::once(aside.join(&name)).chain(numbered);
-    names.find(|path| !path.exists()).expect("there is always another number")
+    names.find(|path| fs::symlink_metadata(path).is_err()).expect("there is always another number")
 }
 
 #[cfg(test)]
@@ -69,7 +75,7 @@ mod tests {
         let (place, aside) = (root.path().join("place"), root.path().join("aside"));
         let replace = |files: &[&str]| {
             let new = folder(root.path(), "new", files);
-            replace_folder(&new, &place, &aside).unwrap()
+            super::replace(&new, &place, &aside).unwrap()
         };
         assert_eq!(replace(&["a", "truth/b", "truth/c"]), None);
         fs::remove_file(place.join("a")).unwrap();
@@ -93,7 +99,26 @@ mod tests {
         let place = folder(root.path(), "place", &["a"]);
         fs::remove_file(place.join("a")).unwrap();
         std::os::unix::fs::symlink("elsewhere", place.join("a")).unwrap();
-        let new = folder(root.path(), "new", &["a"]);
-        assert!(replace_folder(&new, &place, &root.path().join("aside")).unwrap().is_some());
+        let aside = root.path().join("aside");
+        let replaced = || super::replace(&folder(root.path(), "new", &["a"]), &place, &aside).unwrap();
+        assert!(replaced().is_some());
+        let elsewhere = folder(root.path(), "elsewhere", &["a"]);
+        fs::remove_dir_all(&place).unwrap();
+        std::os::unix::fs::symlink(&elsewhere, &place).unwrap();
+        assert!(replaced().is_some() && elsewhere.join("a").exists());
+    }
+
+    #[test]
+    fn a_file_takes_the_place_of_a_file_and_no_other() {
+        let root = tempfile::tempdir().unwrap();
+        let (new, place) = (root.path().join("new"), root.path().join("place"));
+        let replaced = || {
+            fs::write(&new, "new").unwrap();
+            super::replace(&new, &place, &root.path().join("aside")).unwrap()
+        };
+        assert_eq!((replaced(), replaced()), (None, None));
+        fs::remove_file(&place).unwrap();
+        folder(root.path(), "place", &["mine"]);
+        assert!(replaced().unwrap().join("mine").exists() && place.is_file());
     }
 }

@@ -76,8 +76,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
         (episodes, answers)
     };
     let viewing = loaded.model.viewing();
-    let unseen =
-        unseen(&pipeline, &tests, Subject::Viewing(&*viewing), &loaded.hash, |set| loaded.check_set(set))?;
+    let unseen = unseen(&pipeline, &tests, Subject::Viewing(&*viewing), &loaded.hash)?;
     clock.stage("unseen instances");
     let scored =
         tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;

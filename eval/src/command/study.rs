@@ -43,7 +43,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let mut finished: BTreeMap<&str, VariantModels> = BTreeMap::new();
     for (number, variant) in study.variants.iter().enumerate() {
         let located =
-            |error| VariantError { place: scene_file::place_of_variant(number, &args.study), ..error };
+            |error| VariantError { place: Some(scene_file::place_of_variant(number, &args.study)), ..error };
         let spec = variant.training(&pipeline.file.training.model).map_err(located)?;
         variant.fits(views.instances(Split::Train), scored).map_err(located)?;
         variant.allowed_under(study.scored).map_err(located)?;

@@ -165,7 +165,7 @@ mod tests {
         let (less, all) = (only(&METHODS[..2]), only(&METHODS));
         let other = compare(&less, &only(&METHODS[2..])).unwrap();
         assert_eq!((other.count(Movement::Regressed), other.count(Movement::New)), (4, 2));
-        assert!(other.report(Style::Terminal).contains("none of the scores that are here"));
+        assert!(other.report(Style::Terminal).contains("No score of a single seed is in both"));
         assert_eq!(compare(&all, &less).unwrap().count(Movement::Regressed), 2);
         assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);
         let empty = Results::new("tabletop", "abc", vec![]);

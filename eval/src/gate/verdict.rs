@@ -72,7 +72,9 @@ impl Verdict {
                 let (seed, old, new) = shift.most;
                 let (there, now) = (c.metric.display(old), c.metric.display(new));
                 let values = match there == now {
-                    true => format!("{there} there and now, {:.0e} apart", (new - old).abs()),
+                    true => {
+                        format!("{there} there and now, {:.0e} apart", c.metric.in_table(new - old).abs())
+                    }
                     false => format!("{there} there, {now} now"),
                 };
                 format!(
@@ -82,7 +84,7 @@ impl Verdict {
                     seed.0,
                 )
             }
-            _ if all == 0 => "The baseline has none of the scores that are here.".to_owned(),
+            _ if all == 0 => "No score of a single seed is in both.".to_owned(),
             _ => format!(
                 "All {all} scores of single seeds that both have are those of the baseline to the last bit."
             ),

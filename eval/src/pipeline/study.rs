@@ -185,7 +185,8 @@ pub fn variant_scores(
     let model = &trained.model;
     let viewing = model.viewing();
     let subject = viewing.as_deref().map_or(Subject::Embedding(model), Subject::Viewing);
-    unseen(pipeline, &views.scored, subject, model.hash(), |set| views.check_unseen(trained, set))
+    views.scored.iter().try_for_each(|scored| views.check_unseen(trained, &scored.set))?;
+    unseen(pipeline, &views.scored, subject, model.hash())
 }
 
 /// Moves every fourth view of each session of the first instances out of a set.

@@ -1,4 +1,4 @@
-//! Where in a scene file a part of the world is written.
+//! Where in a scene file a part of the world is written, and in a study a variant.
 
 use super::read::{options, text};
 use serde::Deserialize;
@@ -32,14 +32,14 @@ struct Variants {
     variants: Vec<Spanned<IgnoredAny>>,
 }
 
-/// `<file>:<line>:<column>: ` of a variant of a study, as far as the file can still be read.
+/// `<file>:<line>:<column>` of a variant of a study, as far as the file can still be read.
 pub fn place_of_variant(number: usize, path: &Path) -> String {
     let study = text(path)
         .ok()
         .and_then(|text| serde_saphyr::from_str_with_options::<Variants>(&text, options()).ok());
     let at = study.and_then(|study| Some(study.variants.get(number)?.referenced));
     let at = at.map(|at| format!(":{}:{}", at.line(), at.column())).unwrap_or_default();
-    format!("{}{at}: ", path.display())
+    format!("{}{at}", path.display())
 }
 
 /// One line for each, with line and column as far as the file can still be read.
@@ -67,9 +67,9 @@ mod tests {
     fn a_variant_is_told_with_line_and_column_and_a_file_that_is_gone_by_its_name() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("study.yaml");
-        assert_eq!(place_of_variant(0, &path), format!("{}: ", path.display()));
+        assert_eq!(place_of_variant(0, &path), path.display().to_string());
         std::fs::write(&path, "name: x\nvariants:\n  - name: a\n  - name: b\n    note: c\n").unwrap();
-        assert_eq!(place_of_variant(1, &path), format!("{}:4:5: ", path.display()));
-        assert_eq!(place_of_variant(2, &path), format!("{}: ", path.display()));
+        assert_eq!(place_of_variant(1, &path), format!("{}:4:5", path.display()));
+        assert_eq!(place_of_variant(2, &path), path.display().to_string());
     }
 }

@@ -31,11 +31,12 @@ impl MessageFormatter for Words<'_> {
 }
 
 fn expected(type_name: &str) -> String {
-    let bits = type_name.strip_prefix('u').and_then(|bits| bits.parse::<u32>().ok());
-    match (type_name, bits) {
-        (_, Some(bits @ 1..=64)) => format!("expected a whole number from 0 to {}", u64::MAX >> (64 - bits)),
-        ("floating point", _) => "expected a number".to_owned(),
-        ("bool" | "boolean", _) => "expected true or false".to_owned(),
+    let is = |letter: char| type_name.strip_prefix(letter).is_some_and(|bits| bits.parse::<u32>().is_ok());
+    match type_name {
+        _ if is('u') => "expected a whole number, 0 or more".to_owned(),
+        _ if is('i') => "expected a whole number".to_owned(),
+        "floating point" => "expected a number".to_owned(),
+        "boolean" => "expected true or false".to_owned(),
         _ => format!("expected a value of type {type_name}"),
     }
 }

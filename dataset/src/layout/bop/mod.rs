@@ -202,11 +202,16 @@ impl BopWriter {
         self.folder.written(written)
     }
 
-    /// Writes what is left and marks the dataset as finished; also gives the folders of scenes that were moved to `set_aside/`, since
-    /// they were to be written anew and hold what others put there.
+    /// What was moved to `set_aside/` since this was last asked: folders of scenes that were to be written anew and hold what others
+    /// put there.
+    pub fn set_aside(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.folder.set_aside)
+    }
+
+    /// Writes what is left and marks the dataset as finished; beside the manifest, the last of [`set_aside`](Self::set_aside).
     pub fn finish(mut self) -> Result<(LayoutManifest, Vec<PathBuf>), StoreError> {
         self.close_shard()?;
-        let set_aside = std::mem::take(&mut self.folder.set_aside);
+        let set_aside = self.set_aside();
         let manifest = &self.folder.manifest;
         let mut files = vec![("camera.json".to_owned(), camera_file(&self.options.camera))];
         let models = manifest.objects.values().filter_map(|o| Some((o.obj_id?, o.model.clone()?)));

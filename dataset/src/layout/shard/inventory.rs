@@ -1,8 +1,9 @@
 //! The manifest of a dataset that is no row of shards: a folder or file for each object, scan or seed.
 
+use super::holds_foreign;
 use super::manifest::{LayoutManifest, ObjectRecord, ShardRecord};
 use super::record::record;
-use crate::store::{FileRecord, Provenance, StoreError, hash_and_sync, show_id};
+use crate::store::{FileRecord, Provenance, StoreError, hash_and_sync, make_folder, show_id};
 use crate::{InstanceId, Split};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,23 @@ impl Inventory {
         let before = LayoutManifest::find(root)?.map(|(manifest, _)| manifest);
         let manifest = LayoutManifest::new(layout, Value::Null, provenance);
         Ok(Self { root: root.to_owned(), before, withdrawn: false, manifest, parts: Vec::new() })
+    }
+
+    /// Of what an earlier run wrote here, if there was one.
+    pub fn before(&self) -> Option<&Provenance> {
+        self.before.as_ref().map(|before| &before.provenance)
+    }
+
+    /// Makes a folder without a manifest this dataset's, or refuses it if it holds anything.
+    pub fn claim(&mut self) -> Result<(), StoreError> {
+        if self.before.is_some() {
+            return Ok(());
+        }
+        if holds_foreign(&self.root)? {
+            return Err(StoreError::Foreign { folder: self.root.clone() });
+        }
+        make_folder(&self.root)?;
+        self.manifest.write_partial(&self.root)
     }
 
     /// Before something is written: the dataset counts as unfinished from now on.

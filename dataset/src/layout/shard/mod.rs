@@ -13,9 +13,7 @@ mod manifest;
 mod record;
 
 use crate::Split;
-use crate::store::{
-    FileRecord, Provenance, StoreError, make_folder, replace_folder, sync_folder, write_whole,
-};
+use crate::store::{FileRecord, Provenance, StoreError, make_folder, replace, sync_folder, write_whole};
 pub(super) use archive::{TarShard, keys_of_tar};
 pub use inventory::Inventory;
 use manifest::LayoutManifest as Manifest;
@@ -28,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 const WORK: &str = ".partial";
 /// Where folders go that are written anew and hold what others put there.
-const SET_ASIDE: &str = "set_aside";
+pub const SET_ASIDE: &str = "set_aside";
 /// The first manifest, before it is put in place.
 const BEGINNING: &str = "manifest.partial.json.tmp";
 
@@ -154,11 +152,8 @@ impl ShardedFolder {
         let (work, place) = (self.work(), self.root.join(name));
         let content = record(&work)?;
         place.parent().map_or(Ok(()), make_folder)?;
-        if work.is_dir() {
-            self.set_aside.extend(replace_folder(&work, &place, &self.root.join(SET_ASIDE))?);
-        } else {
-            fs::rename(&work, &place).map_err(StoreError::write(&place))?;
-        }
+        let aside = self.root.join(SET_ASIDE).join(Path::new(name).parent().unwrap_or(Path::new("")));
+        self.set_aside.extend(replace(&work, &place, &aside)?);
         place.parent().map_or(Ok(()), sync_folder)?;
         let first = self.manifest.samples;
         self.manifest.shards.push(ShardRecord { name: name.to_owned(), split, first, samples, content });

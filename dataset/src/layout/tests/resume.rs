@@ -112,7 +112,7 @@ fn what_others_put_into_a_scene_s_folder_is_set_aside() {
     assert!(skip == 5 && damage.contains("train/000001"), "{skip} {damage}");
     assert!(folder.path().join(note).exists(), "until it is written anew");
     push_scenes(&mut writer, &scenes, skip, u64::MAX);
-    let aside = folder.path().join("set_aside/000001");
+    let aside = folder.path().join("set_aside/train/000001");
     assert_eq!(writer.finish().unwrap(), (manifest, vec![aside.clone()]));
     assert_eq!(fs::read(aside.join("mine/note.txt")).unwrap(), b"mine");
     fs::remove_dir_all(folder.path().join("set_aside")).unwrap();

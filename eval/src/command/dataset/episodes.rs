@@ -1,12 +1,13 @@
 //! `vantage`: whole episodes in our own layout, one folder a seed.
 
-use super::{Format, Index, Need, kept_aside};
+use super::{Format, Index, Need, tell};
 use crate::error::BenchError;
 use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
 use std::fs;
 use std::path::Path;
-use vantage_dataset::store::{Provenance, StoreError, read_manifest, replace_folder, verify, write_episode};
+use vantage_dataset::layout::SET_ASIDE;
+use vantage_dataset::store::{Provenance, StoreError, read_manifest, replace, verify, write_episode};
 use vantage_dataset::{Episode, Seed};
 
 /// Folders of episodes.
@@ -57,8 +58,8 @@ impl Format for Episodes<'_> {
         let partial = self.out.path().join(format!("{seed}.partial"));
         remove(&partial).map_err(|source| OutputError { path: partial.clone(), source })?;
         write_episode(&partial, episode, self.provenance.clone())?;
-        let set_aside = replace_folder(&partial, &folder, &self.out.path().join("set_aside"))?;
-        set_aside.iter().for_each(|folder| self.progress.note(&kept_aside(folder)));
+        let set_aside = replace(&partial, &folder, &self.out.path().join(SET_ASIDE))?;
+        tell(self.progress, set_aside.as_slice());
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! `bop` and `bop-webdataset`: whole images with the poses and masks of objects, and their meshes.
 
-use super::{Format, Index, Need, Source, kept_aside, taken_up};
+use super::{Format, Index, Need, Source, taken_up, tell};
 use crate::error::BenchError;
 use crate::progress::Progress;
 use std::collections::BTreeMap;
@@ -78,13 +78,15 @@ impl Format for Images<'_> {
             return Ok(());
         }
         let scene = Scene { id: self.scene, split: self.split, objects: &self.objects, ids: &self.ids };
-        Ok(writer.push(&scene, step as u32, capture)?)
+        writer.push(&scene, step as u32, capture)?;
+        tell(self.progress, &writer.set_aside());
+        Ok(())
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
         let Some(writer) = self.writer else { return Ok(()) };
         let (_, set_aside) = writer.finish()?;
-        set_aside.iter().for_each(|folder| self.progress.note(&kept_aside(folder)));
+        tell(self.progress, &set_aside);
         Ok(())
     }
 }

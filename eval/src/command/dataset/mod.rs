@@ -24,7 +24,7 @@ use images::Images;
 use index::Index;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::PathBuf;
 use trajectories::Trajectories;
 use vantage_dataset::layout::{BopLayout, CropLayout, Opened};
 use vantage_dataset::store::Provenance;
@@ -124,12 +124,12 @@ fn taken_up<W>(opened: Opened<W>, progress: &Progress) -> (Option<W>, u64) {
     }
 }
 
-/// What is told of a folder that was written anew.
-fn kept_aside(folder: &Path) -> String {
-    format!(
-        "warning: a folder that was written anew held files that are not of the dataset: it is now {}",
-        folder.display()
-    )
+/// Tells of folders that were written anew.
+fn tell(progress: &Progress, set_aside: &[PathBuf]) {
+    for folder in set_aside {
+        let what = "warning: what was written anew held files that are not of the dataset: it is now";
+        progress.note(&format!("{what} {}", folder.display()));
+    }
 }
 
 /// Writes every format of every seed below `args.out`. What is there, whole and of this scene, is kept, and what a killed run
@@ -179,8 +179,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         let at = |name: &str| out.path().join(name);
         formats.push(match format {
             DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone(), &progress)),
-            DatasetFormat::Tum => Box::new(Trajectories::tum(&out, &source, &provenance)?),
-            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out, &source, &provenance)?),
+            DatasetFormat::Tum => Box::new(Trajectories::tum(&out, &source)?),
+            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out, &source)?),
             DatasetFormat::Webdataset => {
                 Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, &source)?)
             }

@@ -1,6 +1,5 @@
 //! `tum` and `g2o`: the true trajectory, and what odometry alone makes of it.
 
-use super::claim::{CLAIM, claim};
 use super::{Format, Index, Need, Source};
 use crate::error::BenchError;
 use crate::output::OutputFolder;
@@ -25,33 +24,27 @@ pub struct Trajectories<'a> {
 
 impl<'a> Trajectories<'a> {
     /// `tum/<seed>/truth.tum` and `odometry.tum`.
-    pub fn tum(
-        out: &'a OutputFolder,
-        source: &Source<'_>,
-        provenance: &Provenance,
-    ) -> Result<Self, BenchError> {
-        Self::open(out, source, provenance, false)
+    pub fn tum(out: &'a OutputFolder, source: &Source<'_>) -> Result<Self, BenchError> {
+        Self::open(out, source, false)
     }
 
     /// `g2o/<seed>.g2o`.
-    pub fn g2o(
-        out: &'a OutputFolder,
-        source: &Source<'_>,
-        provenance: &Provenance,
-    ) -> Result<Self, BenchError> {
-        Self::open(out, source, provenance, true)
+    pub fn g2o(out: &'a OutputFolder, source: &Source<'_>) -> Result<Self, BenchError> {
+        Self::open(out, source, true)
     }
 
-    fn open(
-        out: &'a OutputFolder,
-        source: &Source<'_>,
-        provenance: &Provenance,
-        as_graph: bool,
-    ) -> Result<Self, BenchError> {
+    fn open(out: &'a OutputFolder, source: &Source<'_>, as_graph: bool) -> Result<Self, BenchError> {
         let layout = if as_graph { G2O } else { TUM };
-        let root = out.path().join(layout);
-        claim(&root, provenance)?;
-        let inventory = Inventory::begin(&root, layout, source.provenance.clone())?;
+        let folder = out.path().join(layout);
+        let mut inventory = Inventory::begin(&folder, layout, source.provenance.clone())?;
+        // What renders, and which code, does not reach these files.
+        let other = |before: &Provenance| {
+            ["scene_hash", "split"].iter().any(|what| before.get(*what) != source.provenance.get(*what))
+        };
+        if inventory.before().is_some_and(other) {
+            return Err(BenchError::OtherData { folder });
+        }
+        inventory.claim()?;
         Ok(Self { out, as_graph, split: source.split, inventory })
     }
 }
@@ -83,6 +76,6 @@ impl Format for Trajectories<'_> {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish(&[CLAIM])?)
+        Ok(self.inventory.finish(&[])?)
     }
 }
