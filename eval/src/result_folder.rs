@@ -47,10 +47,12 @@ struct Before {
 }
 
 impl Before {
-    /// That of a folder without a manifest of ours is empty.
+    /// That of a folder without a manifest of ours is empty. Of one that does not say what it is of, no file is believed to be ours.
     fn read(folder: &Path) -> Self {
         let text = [FILE_NAME, PARTIAL].iter().find_map(|name| fs::read_to_string(folder.join(name)).ok());
-        text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
+        let before: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        let files = if before.of.is_some() { before.files } else { BTreeSet::new() };
+        Self { files, ..before }
     }
 
     fn of(&self) -> Option<Of> {
@@ -219,18 +221,23 @@ mod tests {
     }
 
     #[test]
-    fn a_manifest_does_not_lead_out_of_its_folder() {
+    fn a_manifest_does_not_lead_out_of_its_folder_nor_is_one_of_others_believed() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
-        fs::create_dir(root.path().join("mine")).unwrap();
-        fs::write(root.path().join("kept"), "kept").unwrap();
-        let absolute = root.path().join("kept");
-        let manifest = serde_json::json!({ "files": ["../kept", absolute, "a/../../kept", ".", "", "link/kept", "folder"] });
-        fs::write(root.path().join("mine/manifest.json"), manifest.to_string()).unwrap();
-        fs::create_dir(root.path().join("mine/folder")).unwrap();
+        let (outside, folder) = (root.path().join("kept"), root.path().join("mine"));
+        fs::create_dir_all(folder.join("folder")).unwrap();
         #[cfg(unix)]
-        std::os::unix::fs::symlink(root.path(), root.path().join("mine/link")).unwrap();
-        run(&out, Of::Scene, &[]).unwrap();
-        assert!(absolute.exists());
+        std::os::unix::fs::symlink(root.path(), folder.join("link")).unwrap();
+        let names =
+            ["../kept", outside.to_str().unwrap(), "a/../../kept", ".", "", "link/kept", "folder", "old.csv"];
+        for (of, stays) in [(serde_json::json!("scene"), false), (serde_json::Value::Null, true)] {
+            fs::write(&outside, "kept").unwrap();
+            fs::write(folder.join("old.csv"), "old").unwrap();
+            let manifest = serde_json::json!({ "of": of, "files": names });
+            fs::write(folder.join(FILE_NAME), manifest.to_string()).unwrap();
+            run(&out, Of::Scene, &[]).unwrap();
+            assert!(outside.exists() && folder.join("folder").exists());
+            assert_eq!(folder.join("old.csv").exists(), stays);
+        }
     }
 }

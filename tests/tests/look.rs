@@ -22,3 +22,15 @@ fn a_scene_becomes_one_picture() {
     assert!(count(640, 0, [255, 255, 0]) > 50, "no box");
     look(&scene.path("scene.yaml/look.png")).expect(6, &["scene.yaml"]);
 }
+
+#[test]
+fn objects_that_find_no_room_are_told_with_their_line() {
+    let scene = SmallScene::new(&[("objects: 3", "objects: 60")]);
+    let text = std::fs::read_to_string(scene.path("scene.yaml")).unwrap();
+    let line = 1 + text.lines().position(|line| line.contains("objects: 60")).unwrap();
+    let mut commands = [bench(), scene.dataset("d", &["--seeds", "1"])];
+    commands[0].arg("look").arg(scene.path("scene.yaml")).arg("--out").arg(scene.path("look.png"));
+    for command in &mut commands {
+        Finished::of(command).expect(2, &[&format!("scene.yaml:{line}:"), "of 60 objects fit"]);
+    }
+}

@@ -1,5 +1,6 @@
 //! `bench look SCENE`: a scene at a glance.
 
+use super::placed;
 use crate::cli::LookArgs;
 use crate::error::BenchError;
 use crate::exit::Exit;
@@ -55,7 +56,8 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let seed = file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
 
     let mut sheet = SceneSheet::new(2 * PICTURE, PICTURE + PICTURE / 2 + VIEWS as u32 * CROP);
-    let rollout = roll_out(&scene, seed, Split::Test, &mut |_| {})?;
+    let rollout = roll_out(&scene, seed, Split::Test, &mut |_| {});
+    let rollout = rollout.map_err(|error| placed(error, &args.scene))?;
     let pictures = pictures(&scene, &rollout, renderer.as_mut())?;
     for (index, picture) in pictures.iter().enumerate() {
         let (column, row) = (index as u32 % 2, index as u32 / 2);

@@ -25,3 +25,13 @@ pub use score::bench;
 pub use study::study;
 #[cfg(feature = "train")]
 pub use train::train;
+
+use crate::error::BenchError;
+use crate::scene_file::misfit;
+use std::path::Path;
+use vantage_sim::error::SimError;
+
+/// What a simulation says, with the place in the scene file where one has to be changed.
+fn placed(error: SimError, scene: &Path) -> BenchError {
+    misfit(&error, scene).map_or_else(|| error.into(), BenchError::from)
+}

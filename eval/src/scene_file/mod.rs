@@ -7,7 +7,7 @@ mod read;
 mod words;
 
 pub use error::SceneFileError;
-pub use place::place_of_variant;
+pub use place::{misfit, place_of_variant};
 pub use read::{MAX_BYTES, parse, read};
 
 use crate::seeds::Seeds;

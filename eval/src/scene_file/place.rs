@@ -1,10 +1,12 @@
 //! Where in a scene file a part of the world is written, and in a study a variant.
 
+use super::SceneFileError;
 use super::read::{options, text};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_saphyr::Spanned;
 use std::path::Path;
+use vantage_sim::error::SimError;
 use vantage_sim::scene::{Misplaced, Part};
 
 #[derive(Deserialize)]
@@ -57,6 +59,15 @@ pub(super) fn locate(misplaced: &[Misplaced], path: &Path) -> String {
         format!("{}{at}: {misplaced}", path.display())
     };
     misplaced.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Objects that find no room, as a fault of the scene file; `None` of other errors.
+pub fn misfit(error: &SimError, path: &Path) -> Option<SceneFileError> {
+    if !matches!(error, SimError::NothingFits { .. }) {
+        return None;
+    }
+    let message = locate(&[Misplaced { part: Part::Objects, reason: error.to_string() }], path);
+    Some(SceneFileError::Invalid { path: path.to_owned(), message })
 }
 
 #[cfg(test)]

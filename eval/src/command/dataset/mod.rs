@@ -9,6 +9,7 @@ mod images;
 mod index;
 mod trajectories;
 
+use super::placed;
 use crate::cli::{DatasetArgs, DatasetFormat};
 use crate::error::BenchError;
 use crate::exit::Exit;
@@ -224,7 +225,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         out.path().display()
     )?;
     match failure {
-        Some(error) if written + kept == 0 => Err(error.into()),
+        Some(error) if written + kept == 0 => Err(placed(error, &args.scene)),
         _ if index.is_without_crops() => {
             progress.note(
                 "warning: no detection of an object in any image; look at the scene with `bench look`, and lower \
