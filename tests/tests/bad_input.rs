@@ -3,7 +3,7 @@
 use sha2::{Digest, Sha256};
 use std::fs;
 use vantage_dataset::store::read_episode;
-use vantage_tests::{Finished, SmallScene, bench, root};
+use vantage_tests::{Finished, SmallScene, bench, files, root};
 
 fn refused(old: &str, new: &str, code: i32, words: &[&str]) {
     SmallScene::new(&[(old, new)]).run().expect(code, words);
@@ -132,17 +132,33 @@ fn models_that_cannot_be_used_are_refused() {
     Finished::of(&mut scene.dataset("d", &["--seeds", "1"])).expect(0, &[]);
     let episode = read_episode(&scene.path("d/0")).expect("an episode");
     let instance = format!("{:016x}", episode.truth.objects[0].instance.0);
-    let list = copy("leaking").join("training_instances.txt");
-    let seen = fs::read_to_string(&list).expect("a list");
-    let sha256 =
-        |text: &str| -> String { Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect() };
-    let more = format!("{seen}{instance}\n");
-    let manifest = fs::read_to_string(scene.path("leaking/model.yaml")).expect("a manifest");
-    assert!(manifest.contains(&sha256(&seen)));
-    fs::write(scene.path("leaking/model.yaml"), manifest.replace(&sha256(&seen), &sha256(&more)))
-        .expect("a manifest");
-    fs::write(&list, more).expect("a longer list");
+    let leaking = |name: &str, instance: &str| {
+        let list = copy(name).join("training_instances.txt");
+        let seen = fs::read_to_string(&list).expect("a list");
+        let sha256 = |text: &str| -> String {
+            Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+        };
+        let more = format!("{seen}{instance}\n");
+        let manifest = fs::read_to_string(scene.path(name).join("model.yaml")).expect("a manifest");
+        assert!(manifest.contains(&sha256(&seen)));
+        fs::write(scene.path(name).join("model.yaml"), manifest.replace(&sha256(&seen), &sha256(&more)))
+            .expect("a manifest");
+        fs::write(&list, more).expect("a longer list");
+    };
+    leaking("leaking", &instance);
     with_model("leaking").expect(2, &[&instance, "leaking"]);
+
+    let views = files(&scene.path("cache/entries/views"));
+    let (_, table) = views.iter().find(|(name, _)| name.ends_with("instances.csv")).expect("instances");
+    let table = String::from_utf8_lossy(table);
+    let viewed = table.lines().nth(1).and_then(|row| row.split(',').nth(1)).expect("an instance");
+    leaking("leaking_views", viewed);
+    let fresh = SmallScene::new(&[]);
+    let mut command = fresh.command();
+    let refused = Finished::of(command.arg("--model").arg(scene.path("leaking_views")));
+    refused.expect(2, &[viewed, "leaking_views"]);
+    assert!(fresh.path("cache/entries/views").exists() && !fresh.path("cache/entries/episode").exists());
+    assert!(scene.path("cache/entries/episode").exists());
 }
 
 #[test]
