@@ -6,17 +6,22 @@ use crate::render::{Style, csv, tables};
 use crate::result_folder::ResultFolder;
 use crate::results::{self, Results};
 
+/// Name of the file of all tables.
+pub const TABLES: &str = "tables.md";
+
+/// All tables as Markdown, below what a reader has to know of the model.
+pub fn markdown(results: &Results, caveat: Option<&str>) -> String {
+    let caveat = caveat.map(|caveat| format!("\n{caveat}\n")).unwrap_or_default();
+    let tables = results.tables.iter().map(|table| format!("\n{}", tables(table, Style::Markdown)));
+    format!("# {}\n{caveat}{}", results.scene, tables.collect::<String>())
+}
+
 /// Writes `results.json`, `tables.md` and `<table>.csv`, and, last, `manifest.json`.
 pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), BenchError> {
-    let mut markdown = format!("# {}\n", results.scene);
-    if let Some(caveat) = &manifest.caveat {
-        markdown += &format!("\n{caveat}\n");
-    }
     for table in &results.tables {
-        markdown += &format!("\n{}", tables(table, Style::Markdown));
         folder.write(&format!("{}.csv", table.name()), &csv(table)?)?;
     }
-    folder.write("tables.md", markdown.as_bytes())?;
+    folder.write(TABLES, markdown(results, manifest.caveat.as_deref()).as_bytes())?;
     folder.write(results::FILE_NAME, results.to_json()?.as_bytes())?;
     folder.finish(manifest)
 }

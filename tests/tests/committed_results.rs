@@ -5,6 +5,8 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use vantage_eval::pipeline::TABLES;
+use vantage_eval::render::csv;
+use vantage_eval::report::{TABLES as TABLES_FILE, markdown};
 use vantage_eval::results::{FILE_NAME, Results};
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_eval::study_file::StudyFile;
@@ -83,5 +85,21 @@ fn results_of_studies_are_of_the_studies_as_they_are() {
         let Some(results) = results(&study.name) else { continue };
         let hash = scene_file::hash(&(&study, &of_scene)).unwrap();
         assert_eq!(results.scene_hash, hash, "{}: run `bench study STUDY --out results`", path.display());
+    }
+}
+
+#[test]
+fn tables_and_rows_are_those_of_the_results_beside_them() {
+    let folders = std::fs::read_dir(root().join("results")).unwrap().map(|entry| entry.unwrap().path());
+    for folder in folders.filter(|folder| folder.is_dir()) {
+        let results = Results::read(&folder).unwrap();
+        let manifest: Value =
+            serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
+        let shown = std::fs::read_to_string(folder.join(TABLES_FILE)).unwrap();
+        assert!(shown == markdown(&results, manifest["caveat"].as_str()), "{}", folder.display());
+        for table in &results.tables {
+            let rows = std::fs::read(folder.join(format!("{}.csv", table.name()))).unwrap();
+            assert!(rows == csv(table).unwrap(), "{}, {}", folder.display(), table.name());
+        }
     }
 }
