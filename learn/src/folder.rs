@@ -171,7 +171,11 @@ pub(crate) fn widened(numbers: &[f32]) -> DVector<f64> {
 /// A matrix `[rows, ..]`, row-major.
 pub(crate) fn matrix(rows: usize, numbers: &[f32]) -> DMatrix<f64> {
     let columns = numbers.len() / rows;
-    DMatrix::from_row_iterator(rows, columns, numbers.iter().map(|&number| f64::from(number)))
+    let mut by_column = Vec::with_capacity(numbers.len());
+    for column in 0..columns {
+        by_column.extend(numbers.chunks_exact(columns).map(|row| f64::from(row[column])));
+    }
+    DMatrix::from_vec(rows, columns, by_column)
 }
 
 /// A view's factor from its mean and log variance.

@@ -202,3 +202,32 @@ fn states_out_of_all_range_are_errors() {
     }
     model.predict(&DVector::from_element(30, 1e6), &[1.0; CONDITIONING]).unwrap();
 }
+
+#[test]
+fn runs_beside_each_other_and_after_an_error_have_the_same_bits() {
+    let model = model();
+    let (latent, viewpoint) = state(&model);
+    let x = viewpoint.conditioning();
+    let alone = model.linearize(&latent, &x).unwrap();
+    let far = DVector::from_element(latent.len(), f64::MAX);
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                for _ in 0..50 {
+                    assert!(model.linearize(&far, &x).is_err());
+                    assert_eq!(model.linearize(&latent, &x).unwrap(), alone);
+                }
+            });
+        }
+    });
+}
+
+/// Can fail only on a processor with AVX-512.
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn models_run_by_the_same_kernels_on_processors_with_and_without_avx_512() {
+    use tract_onnx::tract_core::tract_linalg::isa::{Isa, native};
+
+    model();
+    assert!(!native().has(Isa::X86_64Avx512f));
+}

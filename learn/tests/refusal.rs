@@ -153,10 +153,10 @@ fn other_operators_are_refused() {
 
 #[test]
 fn other_shapes_are_refused() {
-    let error = changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[1].dims[0] += 1);
+    let error = changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[2].dims[0] += 1);
     assert!(matches!(error, GraphError::WeightSize { .. }), "{error}");
     let error =
-        changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[1].dims[0] = i64::MAX);
+        changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[2].dims[0] = i64::MAX);
     assert!(matches!(error, GraphError::WeightSize { .. }), "{error}");
 
     let error = changed(Role::DecoderJacobian, |model| {

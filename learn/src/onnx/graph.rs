@@ -4,7 +4,11 @@ use super::Signature;
 use super::check::checked_model;
 use super::error::GraphError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use tract_onnx::prelude::*;
+#[cfg(target_arch = "x86_64")]
+use tract_onnx::tract_core::knobs::set_config_global;
+use tract_onnx::tract_core::model::typed::TypedSimpleState;
 use vantage_dataset::widest::widest;
 
 /// Largest magnitude of an input. Far beyond all that a model is trained on; where sums overflow, tract's ReLU
@@ -14,9 +18,16 @@ const LARGEST_INPUT: f32 = 1e6;
 /// Numbers of the largest tensor within a graph: 64 MiB of `f32`.
 const LARGEST_TENSOR: usize = 16 << 20;
 
+/// What tract may use of the CPU: its kernels for AVX-512 round otherwise than those for AVX2, so that results would depend on
+/// the processor, and are no faster for networks of this size.
+#[cfg(target_arch = "x86_64")]
+const KERNELS: &str = "-avx512f";
+
 /// A graph of fixed shapes, optimised by tract.
 pub(crate) struct Graph {
     plan: Arc<TypedRunnableModel>,
+    /// What runs keep of memory, one for each that ran beside others.
+    states: Mutex<Vec<TypedSimpleState>>,
     signature: Signature,
 }
 
@@ -25,11 +36,13 @@ impl Graph {
     pub(crate) fn from_bytes(bytes: &[u8], signature: &Signature) -> Result<Self, GraphError> {
         let model = checked_model(bytes, signature)?;
         let refused = |reason: String| GraphError::Refused { reason };
+        #[cfg(target_arch = "x86_64")]
+        set_config_global("TRACT_CPU_ISA", KERNELS).map_err(|error| refused(error.to_string()))?;
         let typed = || tract_onnx::onnx().model_for_proto_model(&model)?.into_typed();
         let typed = contained(typed).map_err(refused)?;
         check_tensors(&typed)?;
         let plan = contained(|| typed.into_optimized()?.into_runnable()).map_err(refused)?;
-        let graph = Self { plan, signature: signature.clone() };
+        let graph = Self { plan, states: Mutex::default(), signature: signature.clone() };
         graph.check_shapes()?;
         Ok(graph)
     }
@@ -53,7 +66,13 @@ impl Graph {
             })?;
             values.push(tensor.into_tvalue());
         }
-        let outputs = contained(|| self.plan.run(values)).map_err(|reason| GraphError::Refused { reason })?;
+        let kept = self.states().pop();
+        let ran = contained(|| {
+            let mut state = kept.map_or_else(|| self.plan.spawn(), Ok)?;
+            Ok((state.run(values)?, state))
+        });
+        let (outputs, state) = ran.map_err(|reason| GraphError::Refused { reason })?;
+        self.states().push(state);
         let mut results = Vec::with_capacity(outputs.len());
         for (spec, value) in self.signature.outputs.iter().zip(outputs.iter()) {
             let numbers = value.try_as_plain_ram().and_then(|plain| Ok(plain.as_slice::<f32>()?.to_vec()));
@@ -64,6 +83,10 @@ impl Graph {
             results.push(numbers);
         }
         Ok(results)
+    }
+
+    fn states(&self) -> MutexGuard<'_, Vec<TypedSimpleState>> {
+        self.states.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The shapes tract infers must be the declared ones, which the check alone cannot know.

@@ -13,7 +13,7 @@ pub const OPSETS: RangeInclusive<i64> = 13..=18;
 
 /// Operators a model may use: those of feed-forward networks. None repeats, loops, draws at random or makes more numbers
 /// than its inputs, weights and attributes say.
-pub const OPERATORS: [&str; 53] = [
+pub const OPERATORS: [&str; 54] = [
     "Abs",
     "Add",
     "AveragePool",
@@ -48,6 +48,7 @@ pub const OPERATORS: [&str; 53] = [
     "Mul",
     "Neg",
     "PRelu",
+    "Pad",
     "Pow",
     "Reciprocal",
     "ReduceMean",

@@ -2,6 +2,7 @@
 
 use super::convolution::KERNEL;
 use crate::architecture::Architecture;
+use std::ops::Range;
 
 /// A linear layer `y = x W + b`.
 #[derive(Clone)]
@@ -23,12 +24,21 @@ impl Dense {
 
     /// `W^T`, `[outputs, inputs]`, row-major.
     pub(crate) fn transposed(&self) -> Vec<f32> {
-        let (rows, columns) = (self.inputs(), self.outputs());
-        let mut transposed = Vec::with_capacity(self.weight.len());
-        for column in 0..columns {
-            transposed.extend((0..rows).map(|row| self.weight[row * columns + column]));
-        }
-        transposed
+        self.transposed_of(0..self.inputs())
+    }
+
+    /// The layer that gives some of the outputs.
+    pub(crate) fn columns(&self, columns: impl IntoIterator<Item = usize>) -> Self {
+        let columns: Vec<usize> = columns.into_iter().collect();
+        let taken = |row: &[f32]| columns.iter().map(|&column| row[column]).collect::<Vec<_>>();
+        Self { weight: self.weight.chunks(self.outputs()).flat_map(taken).collect(), bias: taken(&self.bias) }
+    }
+
+    /// The part of the weight that takes some of the inputs: `W^T`, `[outputs, inputs]`, row-major.
+    pub(crate) fn transposed_of(&self, inputs: Range<usize>) -> Vec<f32> {
+        let outputs = 0..self.outputs();
+        let column = |output| inputs.clone().map(move |input| self.weight[input * self.outputs() + output]);
+        outputs.flat_map(column).collect()
     }
 
     /// This layer, which takes pixels of `channels` numbers each, taking channels of pixels instead.

@@ -1,26 +1,30 @@
 //! Trunk and encoder as graphs.
 
-use super::{Turn, dense, turned};
+use super::{dense, selections};
 use crate::architecture::{LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
 use crate::onnx::build::{GraphBuilder, integers};
 use crate::role::Kind;
-use crate::train::weights::Weights;
+use crate::train::weights::{Conv, Dense, Weights};
 use vantage_dataset::crop::CROP_BYTES;
 use vantage_dataset::viewpoint::HARMONICS;
 
 /// `t(z)` of `crop`.
+///
+/// The first convolution takes centred pixels: what they are centred by goes into its bias, and around the crop.
 pub(super) fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
+    let around = b.sizes("around", &[0, 0, 1, 1, 0, 0, 1, 1]);
     let center = b.weight("pixel_center", &[], &[PIXEL_CENTER]);
-    let mut x = b.node("Sub", &["crop", &center], "centered_crop");
+    let mut x = b.node("Pad", &["crop", &around, &center], "padded_crop");
     let mut inputs = 3;
     for (index, conv) in weights.trunk.iter().enumerate() {
         let (name, outputs) = (format!("trunk.{index}"), conv.bias.len());
         let weight = b.half_weight(&format!("{name}.weight"), &[outputs, inputs, 4, 4], &conv.weight);
-        let bias = b.weight(&format!("{name}.bias"), &[outputs], &conv.bias);
+        let (bias, padding) = if index == 0 { (centring(conv), 0) } else { (conv.bias.clone(), 1) };
+        let bias = b.weight(&format!("{name}.bias"), &[outputs], &bias);
         let attributes = vec![
             integers("kernel_shape", &[4, 4]),
             integers("strides", &[2, 2]),
-            integers("pads", &[1, 1, 1, 1]),
+            integers("pads", &[padding; 4]),
         ];
         b.node_with("Conv", &[&x, &weight, &bias], &[&name], attributes);
         x = b.node("Relu", &[&name], &format!("{name}.relu"));
@@ -29,6 +33,17 @@ pub(super) fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
     let flat = b.node("Flatten", &[&x], "trunk.flat");
     let features = dense(b, "features", &flat, &weights.features);
     b.node("Relu", &[&features], "features.relu")
+}
+
+/// The bias of a convolution whose pixels were centred, where they are not.
+fn centring(conv: &Conv) -> Vec<f32> {
+    let taps = conv.weight.len() / conv.bias.len();
+    let sums = conv.weight.chunks(taps).map(|taps| taps.iter().map(|&tap| f64::from(tap)).sum::<f64>());
+    conv.bias
+        .iter()
+        .zip(sums)
+        .map(|(&b, sum)| (f64::from(b) - f64::from(PIXEL_CENTER) * sum) as f32)
+        .collect()
 }
 
 pub(super) fn encoder(b: &mut GraphBuilder, weights: &Weights) {
@@ -50,31 +65,50 @@ pub(super) fn encoder(b: &mut GraphBuilder, weights: &Weights) {
     }
     let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
     let mut x = b.concat(&inputs, "encoder.input");
-    let last = weights.encoder.len() - 1;
-    for (index, layer) in weights.encoder.iter().enumerate() {
-        x = dense(b, &format!("encoder.{index}"), &x, layer);
-        if index < last {
-            x = b.node("Relu", &[&x], &format!("encoder.{index}.relu"));
-        }
+    let (last, hidden) = weights.encoder.split_last().expect("a linear layer follows the hidden ones");
+    for (index, layer) in hidden.iter().enumerate() {
+        let linear = dense(b, &format!("encoder.{index}"), &x, layer);
+        x = b.node("Relu", &[&linear], &format!("encoder.{index}.relu"));
     }
-    let free = layout.invariant + layout.pairs();
-    let [mean, raw] = b.split(&x, [("mean_in_camera", layout.dimension()), ("raw_log_variance", free)]);
-    if architecture.kind() == Kind::Embedding {
-        return embedding(b, weights, &mean, &raw);
+    let (dimension, free) = (layout.dimension(), layout.invariant + layout.pairs());
+    let mean = last.columns(0..dimension);
+    let raw = last.columns(dimension..dimension + free);
+    match architecture.kind() {
+        Kind::Embedding => return embedding(b, weights, &x, [&mean, &raw]),
+        Kind::ViewpointDependent if layout.pairs() > 0 => turned_mean(b, weights, &x, &mean),
+        _ => _ = dense(b, "mean", &x, &mean),
     }
-    let turned = match architecture.kind() {
-        Kind::ViewpointDependent => turned(b, architecture, "mean", &mean, Turn::IntoObject),
-        _ => None,
-    };
-    if turned.is_none() {
-        b.node("Identity", &[&mean], "mean");
+    let both = raw.columns((0..free).chain(layout.invariant..free));
+    let raw = dense(b, "raw_log_variance", &x, &both);
+    clipped(b, &raw, "log_variance");
+}
+
+/// The mean of `x`, turned by `+azimuth` from the camera's yaw frame into the object's: pairs (`f`, `g`) become `c f - s g` and
+/// `c g + s f` by the cosine `c` and sine `s` of `m azimuth`.
+fn turned_mean(b: &mut GraphBuilder, weights: &Weights, x: &str, mean: &Dense) {
+    let Weights { architecture, .. } = weights;
+    let (layout, numbers) = (architecture.latent, architecture.conditioning());
+    let (invariant, pairs, dimension) = (layout.invariant, layout.pairs(), layout.dimension());
+    let (select_cos, select_sin) = selections(layout, numbers);
+    let mut cos = Dense { weight: vec![0.0; numbers * dimension], bias: vec![0.0; dimension] };
+    cos.bias[..invariant].fill(1.0);
+    for (row, selected) in cos.weight.chunks_mut(dimension).zip(select_cos.chunks(pairs)) {
+        row[invariant..invariant + pairs].copy_from_slice(selected);
+        row[invariant + pairs..].copy_from_slice(selected);
     }
-    let clipped = clipped(b, &raw, if layout.pairs() == 0 { "log_variance" } else { "log_variance.clipped" });
-    if layout.pairs() > 0 {
-        let parts = [("log_variance.invariant", layout.invariant), ("log_variance.pairs", layout.pairs())];
-        let [invariant, pairs] = b.split(&clipped, parts);
-        b.concat(&[&invariant, &pairs, &pairs], "log_variance");
-    }
+    let signed = |row: &[f32]| row.iter().map(|&number| -number).chain(row.to_vec()).collect::<Vec<_>>();
+    let sin: Vec<f32> = select_sin.chunks(pairs).flat_map(signed).collect();
+    let by_cos = dense(b, "mean.cos", "conditioning", &cos);
+    let straight = dense(b, "mean.straight", x, mean);
+    let straight = b.node("Mul", &[&straight, &by_cos], "mean.by_cos");
+    let select_sin = b.weight("mean.select_sin", &[numbers, 2 * pairs], &sin);
+    let by_sin = b.node("MatMul", &["conditioning", &select_sin], "mean.sin");
+    let swapped = mean.columns((invariant + pairs..dimension).chain(invariant..invariant + pairs));
+    let crossed = dense(b, "mean.crossed", x, &swapped);
+    let crossed = b.node("Mul", &[&crossed, &by_sin], "mean.by_sin");
+    let nothing = b.weight("mean.unturned", &[1, invariant], &vec![0.0; invariant]);
+    let crossed = b.concat(&[&nothing, &crossed], "mean.turned");
+    b.node("Add", &[&straight, &crossed], "mean");
 }
 
 fn clipped(b: &mut GraphBuilder, raw: &str, output: &str) -> String {
@@ -85,7 +119,8 @@ fn clipped(b: &mut GraphBuilder, raw: &str, output: &str) -> String {
 
 /// What single crops are compared by: of a contrastive model, the mean's direction; of an autoencoder the mean after one
 /// view and the prior, `mean / (1 + variance)`.
-fn embedding(b: &mut GraphBuilder, weights: &Weights, mean: &str, raw: &str) {
+fn embedding(b: &mut GraphBuilder, weights: &Weights, x: &str, [mean, raw]: [&Dense; 2]) {
+    let mean = &dense(b, "mean_in_camera", x, mean);
     if weights.unit_embedding {
         let dimension = weights.architecture.latent.dimension();
         let ones = b.weight("ones", &[dimension, 1], &vec![1.0; dimension]);
@@ -96,7 +131,8 @@ fn embedding(b: &mut GraphBuilder, weights: &Weights, mean: &str, raw: &str) {
         let length = b.node("Sqrt", &[&positive], "length");
         b.node("Div", &[mean, &length], "mean");
     } else {
-        let log_variance = clipped(b, raw, "log_variance.clipped");
+        let raw = dense(b, "raw_log_variance", x, raw);
+        let log_variance = clipped(b, &raw, "log_variance.clipped");
         let log_precision = b.node("Neg", &[&log_variance], "log_precision");
         let share = b.node("Sigmoid", &[&log_precision], "share");
         b.node("Mul", &[mean, &share], "mean");

@@ -76,40 +76,18 @@ fn dense(b: &mut GraphBuilder, output: &str, input: &str, layer: &Dense) -> Stri
     b.node("Gemm", &[input, &weight, &bias], output)
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Turn {
-    /// By `+azimuth`, from the camera's yaw frame.
-    IntoObject,
-    /// By `-azimuth`, into the camera's yaw frame.
-    IntoCamera,
-}
-
-/// A latent's turning parts, and the cosines and sines that turn them, `[1, pairs]` each.
-struct Turned {
-    output: String,
-    first: String,
-    second: String,
-    cos: String,
-    sin: String,
-}
-
-/// `None`, and no node, where nothing turns.
-fn turned(
-    b: &mut GraphBuilder,
-    architecture: &Architecture,
-    output: &str,
-    latent: &str,
-    turn: Turn,
-) -> Option<Turned> {
+/// The latent turned by `-azimuth` into the camera's yaw frame; as it is, and no node, where nothing turns.
+fn turned(b: &mut GraphBuilder, architecture: &Architecture) -> String {
+    let output = "latent_in_camera";
     let (layout, told) = (architecture.latent, conditioning(architecture));
     let (pairs, numbers) = (layout.pairs(), architecture.conditioning());
     if pairs == 0 {
-        return None;
+        return "latent".into();
     }
     let name = |part: &str| format!("{output}.{part}");
     let parts = [name("invariant"), name("first"), name("second")];
     let sized = [(&*parts[0], layout.invariant), (&*parts[1], pairs), (&*parts[2], pairs)];
-    let [invariant, first, second] = b.split(latent, sized);
+    let [invariant, first, second] = b.split("latent", sized);
     let (cos, sin) = selections(layout, numbers);
     let select_cos = b.weight("select_cos", &[numbers, pairs], &cos);
     let select_sin = b.weight("select_sin", &[numbers, pairs], &sin);
@@ -118,12 +96,8 @@ fn turned(
     let mut product = |x: &str, y: &str, output: &str| b.node("Mul", &[x, y], &name(output));
     let (cf, sg) = (product(&cos, &first, "cf"), product(&sin, &second, "sg"));
     let (sf, cg) = (product(&sin, &first, "sf"), product(&cos, &second, "cg"));
-    let (x, y) = match turn {
-        Turn::IntoObject => (b.node("Sub", &[&cf, &sg], &name("x")), b.node("Add", &[&sf, &cg], &name("y"))),
-        Turn::IntoCamera => (b.node("Add", &[&cf, &sg], &name("x")), b.node("Sub", &[&cg, &sf], &name("y"))),
-    };
-    b.concat(&[&invariant, &x, &y], output);
-    Some(Turned { output: output.into(), first, second, cos, sin })
+    let (x, y) = (b.node("Add", &[&cf, &sg], &name("x")), b.node("Sub", &[&cg, &sf], &name("y")));
+    b.concat(&[&invariant, &x, &y], output)
 }
 
 /// `[numbers, pairs]` matrices that give each pair the cosine and sine of its harmonic.
@@ -143,8 +117,6 @@ fn selections(layout: LatentLayout, numbers: usize) -> (Vec<f32>, Vec<f32>) {
 struct Decoder {
     hidden: String,
     layers: Vec<Hidden>,
-    /// `None` where nothing turns.
-    turned: Option<Turned>,
 }
 
 /// A hidden layer of the decoder: `x sigmoid(x)` of a linear layer's `x`.
@@ -156,8 +128,7 @@ struct Hidden {
 
 fn decoder(b: &mut GraphBuilder, weights: &Weights) -> Decoder {
     let Weights { architecture, .. } = weights;
-    let turned = turned(b, architecture, "latent_in_camera", "latent", Turn::IntoCamera);
-    let latent = turned.as_ref().map_or("latent", |turned| &turned.output);
+    let latent = &turned(b, architecture);
     let told = conditioning(architecture);
     let (numbers, seen) = (architecture.conditioning(), architecture.decoder_conditioning());
     let seen = if seen == numbers {
@@ -183,7 +154,7 @@ fn decoder(b: &mut GraphBuilder, weights: &Weights) -> Decoder {
         hidden = b.node("Mul", &[&linear, &gate], &format!("{name}.silu"));
         layers.push(Hidden { gate, output: hidden.clone() });
     }
-    Decoder { hidden, layers, turned }
+    Decoder { hidden, layers }
 }
 
 #[cfg(test)]
