@@ -10,9 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use vantage_dataset::crop::CROP_SIDE;
-use vantage_dataset::widest::widest;
-use vantage_dataset::{Crop, InstanceId};
+use vantage_dataset::InstanceId;
 
 /// Bytes of the largest file read from a model folder.
 pub const LARGEST_FILE: u64 = 256 << 20;
@@ -181,46 +179,4 @@ pub(crate) fn matrix(rows: usize, numbers: &[f32]) -> DMatrix<f64> {
 /// A view's factor from its mean and log variance.
 pub(crate) fn factor(mean: &[f32], log_variance: &[f32]) -> LatentGaussian {
     LatentGaussian { mean: widened(mean), variance: widened(log_variance).map(f64::exp) }
-}
-
-/// A crop of planes `[3, 32, 32]` in `[0, 1]`.
-pub(crate) fn crop_of(planes: &[f32]) -> Crop {
-    let mut crop = Crop::black();
-    let (red, rest) = planes.split_at(CROP_SIDE * CROP_SIDE);
-    let (green, blue) = rest.split_at(CROP_SIDE * CROP_SIDE);
-    let pixels = crop.0.as_chunks_mut::<3>().0;
-    widest(
-        #[inline(always)]
-        || {
-            for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
-                *pixel = [*red, *green, *blue].map(
-                    #[inline(always)]
-                    |value| rounded(value.clamp(0.0, 1.0) * 255.0),
-                );
-            }
-        },
-    );
-    crop
-}
-
-/// `number.round()` of a number from 0 to 255, without the call that this is on CPUs before SSE 4.1.
-#[inline(always)]
-fn rounded(number: f32) -> u8 {
-    let whole = number as i32;
-    (whole + i32::from(number - whole as f32 >= 0.5)) as u8
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rounding_is_that_of_the_standard_library() {
-        for step in 0..=255 * 64 {
-            let number = step as f32 / 64.0;
-            for near in [number.next_down().max(0.0), number, number.next_up().min(255.0)] {
-                assert_eq!(rounded(near), near.round() as u8, "{near}");
-            }
-        }
-    }
 }

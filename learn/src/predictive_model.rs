@@ -2,7 +2,7 @@
 
 use crate::difference::central_differences;
 use crate::error::ModelError;
-use crate::folder::{ModelFolder, crop_of, factor, matrix, narrowed, widened};
+use crate::folder::{ModelFolder, factor, matrix, narrowed, widened};
 use crate::latent::{Latent, LatentGaussian};
 use crate::manifest::Manifest;
 use crate::model::load_kind;
@@ -94,7 +94,7 @@ impl PredictiveModel {
     ) -> Result<Crop, ModelError> {
         let (e, m) = (narrowed(latent.as_slice()), narrowed(measurement.as_slice()));
         let [planes] = self.0.run(Role::Image, [&e, &m, &narrowed(change)])?;
-        Ok(crop_of(&planes))
+        Ok(Crop::from_chw(&planes))
     }
 
     /// Whether the model has one of the graphs that it need not have.

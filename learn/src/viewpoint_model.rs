@@ -2,7 +2,7 @@
 
 use crate::difference::central_differences;
 use crate::error::ModelError;
-use crate::folder::{ModelFolder, crop_of, factor, matrix, narrowed, widened};
+use crate::folder::{ModelFolder, factor, matrix, narrowed, widened};
 use crate::latent::{Latent, LatentGaussian};
 use crate::manifest::Manifest;
 use crate::model::load_kind;
@@ -86,7 +86,7 @@ impl ViewpointModel {
     /// The crop expected of a latent from a viewpoint; an error of a model without the graph for that.
     pub fn reconstruct(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Crop, ModelError> {
         let [planes] = self.0.run(Role::Image, [&narrowed(latent.as_slice()), &narrowed(x)])?;
-        Ok(crop_of(&planes))
+        Ok(Crop::from_chw(&planes))
     }
 
     /// Whether the model has one of the graphs that it need not have.

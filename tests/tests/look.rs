@@ -13,13 +13,14 @@ fn a_scene_becomes_one_picture() {
     };
     look(&picture).expect(0, &[]);
     let sheet = image::open(&picture).unwrap().to_rgb8();
-    assert_eq!(sheet.dimensions(), (1280, 1984));
+    assert_eq!(sheet.dimensions(), (1280, 2056));
     let count = |left: u32, top: u32, color: [u8; 3]| {
         let pixels = (top..top + 480).flat_map(|y| (left..left + 640).map(move |x| (x, y)));
         pixels.filter(|&(x, y)| sheet.get_pixel(x, y).0 == color).count()
     };
-    assert!(count(0, 0, [255, 0, 0]) > 200, "no path");
-    assert!(count(640, 0, [255, 255, 0]) > 50, "no box");
+    assert!(count(0, 24, [255, 0, 0]) > 200, "no path");
+    assert!(count(640, 24, [255, 255, 0]) > 50, "no box");
+    assert!(count(0, 1012, [0, 0, 0]) > 100, "no crops under their caption");
     look(&scene.path("scene.yaml/look.png")).expect(6, &["scene.yaml"]);
 }
 

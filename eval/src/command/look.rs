@@ -31,6 +31,9 @@ const CANDIDATES: usize = 8;
 const INSTANCES: usize = 10;
 const VIEWS: usize = 8;
 const CROP: u32 = 128;
+/// Height of a caption's line, and its distance from what is beside it.
+const CAPTION: u32 = 24;
+const MARGIN: u32 = 4;
 /// Horizontal field of view from above: narrow, so that walls hide little.
 const FROM_ABOVE_FOV: f64 = 0.3;
 
@@ -55,16 +58,23 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let mut renderer = opened.renderer;
     let seed = file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
 
-    let mut sheet = SceneSheet::new(2 * PICTURE, PICTURE + PICTURE / 2 + VIEWS as u32 * CROP);
     let rollout = roll_out(&scene, seed, Split::Test, &mut |_| {});
     let rollout = rollout.map_err(|error| placed(error, &args.scene))?;
+    let Camera { width, height, .. } = rollout.camera;
+    let pitch = CAPTION + PICTURE * height / width.max(height);
+    let mut sheet = SceneSheet::new(2 * PICTURE, 2 * pitch + CAPTION + VIEWS as u32 * CROP);
     let pictures = pictures(&scene, &rollout, renderer.as_mut())?;
-    for (index, picture) in pictures.iter().enumerate() {
-        let (column, row) = (index as u32 % 2, index as u32 / 2);
-        sheet.place(picture, column * PICTURE, row * PICTURE * 3 / 4, PICTURE);
+    for (index, (caption, picture)) in pictures.iter().enumerate() {
+        let (left, top) = (index as u32 % 2 * PICTURE, index as u32 / 2 * pitch);
+        sheet.caption(caption, left + MARGIN, top + MARGIN);
+        sheet.place(picture, left, top + CAPTION, PICTURE);
     }
     let conditions = scene.view_conditions();
     let shown = instances(&scene);
+    let caption = format!(
+        "{shown} test instances, a column each, from azimuths all round as the scene's sensors see them"
+    );
+    sheet.caption(&caption, MARGIN, 2 * pitch + MARGIN);
     let set = training_views(&conditions, Split::Test, shown, seed, renderer.as_mut(), &mut |_| {})?;
     for instance in 0..shown {
         let mut views: Vec<&View> = set.views.iter().filter(|view| view.instance == instance).collect();
@@ -73,7 +83,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
         for row in 0..rows {
             let crop = &views[row * views.len() / rows].crop;
             let panel = Panel::new(CROP_SIDE as u32, CROP_SIDE as u32, crop.0.to_vec())?;
-            let top = PICTURE + PICTURE / 2 + row as u32 * CROP;
+            let top = 2 * pitch + CAPTION + row as u32 * CROP;
             sheet.place(&panel, instance as u32 * CROP, top, CROP);
         }
     }
@@ -95,37 +105,43 @@ fn instances(scene: &CheckedScene) -> usize {
     catalog.in_turn(INSTANCES).len()
 }
 
-/// The world from above, then the camera's images.
+/// The world from above, then the camera's images, with their captions.
 fn pictures(
     scene: &CheckedScene,
     rollout: &Rollout,
     renderer: &mut dyn Renderer,
-) -> Result<Vec<Panel>, BenchError> {
+) -> Result<Vec<(String, Panel)>, BenchError> {
     let rendered = rollout.render_scene(scene);
     let above = from_above(&scene.world().room, &rollout.camera);
     let frame = renderer.frame(&rendered, &above)?;
     let mut world = Panel::new(frame.width, frame.height, frame.rgb)?;
     let way = path_in(&above, rollout);
-    if scene.robot().path.stations() {
-        world.points(&way)
+    let caption = if scene.robot().path.stations() {
+        world.points(&way);
+        "from above; red: where the camera stood"
     } else {
-        world.path(&way)
+        world.path(&way);
+        "from above; red: the camera's way"
     };
-    let mut panels = vec![world];
+    let mut panels = vec![(caption.to_owned(), world)];
     let mut observer = Observer::new(scene, rollout);
     for third in 0..FRAMES {
-        let mut look = observer.look(candidate(third, 0, rollout.steps()), renderer)?;
+        let mut step = candidate(third, 0, rollout.steps());
+        let mut look = observer.look(step, renderer)?;
         for number in 1..CANDIDATES {
-            let other = observer.look(candidate(third, number, rollout.steps()), renderer)?;
+            let at = candidate(third, number, rollout.steps());
+            let other = observer.look(at, renderer)?;
             if other.detections.len() > look.detections.len() {
-                look = other;
+                (step, look) = (at, other);
             }
         }
+        let (steps, found) = (rollout.steps(), look.detections.len());
+        let caption = format!("step {step} of {steps}; detections, yellow: {found}");
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
         for (detection, _) in &look.detections {
             panel.outline(&detection.bounding_box);
         }
-        panels.push(panel);
+        panels.push((caption, panel));
     }
     Ok(panels)
 }

@@ -35,12 +35,17 @@ impl Canvas {
             let start = ((y / scale * side + x / scale) * 3) as usize;
             Rgb([crop.0[start], crop.0[start + 1], crop.0[start + 2]])
         });
-        imageops::replace(&mut self.image, &pixels, i64::from(left), i64::from(top));
+        self.image(&pixels, left, top);
+    }
+
+    /// Puts an image with its corner at (`left`, `top`).
+    pub fn image(&mut self, image: &RgbImage, left: u32, top: u32) {
+        imageops::replace(&mut self.image, image, i64::from(left), i64::from(top));
     }
 
     /// Puts another picture with its corner at (`left`, `top`).
     pub fn place(&mut self, other: &Canvas, left: u32, top: u32) {
-        imageops::replace(&mut self.image, &other.image, i64::from(left), i64::from(top));
+        self.image(&other.image, left, top);
     }
 
     /// Writes black text, 16 pixels high, its upper left corner at `at`.

@@ -1,21 +1,20 @@
-//! A scene at a glance: images side by side, with boxes and paths drawn into them.
+//! A scene at a glance: images side by side, with boxes and paths drawn into them, and captions.
 
 use super::FigureError;
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, Rgb, RgbImage, imageops};
+use super::canvas::Canvas;
+use image::{Rgb, RgbImage, imageops};
 use vantage_dataset::BoundingBox;
 
 const FIGURE: &str = "scene sheet";
-const BACKGROUND: Rgb<u8> = Rgb([128, 128, 128]);
 const BOX: Rgb<u8> = Rgb([255, 255, 0]);
 const PATH: Rgb<u8> = Rgb([255, 0, 0]);
 /// Half the width of a path, pixels.
 const PEN: i64 = 1;
 
-/// A picture made of others.
+/// A picture made of others, white where there are none.
 #[derive(Clone, Debug)]
 pub struct SceneSheet {
-    image: RgbImage,
+    canvas: Canvas,
 }
 
 /// An sRGB image, row-major, 3 bytes a pixel, that can be drawn into.
@@ -85,7 +84,7 @@ impl Panel {
 impl SceneSheet {
     /// An empty sheet.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { image: RgbImage::from_pixel(width, height, BACKGROUND) }
+        Self { canvas: Canvas::new(width, height) }
     }
 
     /// Puts a panel with its corner at (`left`, `top`), at `side` pixels along its longer side.
@@ -95,17 +94,17 @@ impl SceneSheet {
         let (width, height) = (scaled(panel.image.width()), scaled(panel.image.height()));
         let filter =
             if side < longer { imageops::FilterType::Triangle } else { imageops::FilterType::Nearest };
-        let resized = imageops::resize(&panel.image, width, height, filter);
-        imageops::replace(&mut self.image, &resized, i64::from(left), i64::from(top));
+        self.canvas.image(&imageops::resize(&panel.image, width, height, filter), left, top);
+    }
+
+    /// Writes text, 16 pixels high, with its corner at (`left`, `top`).
+    pub fn caption(&mut self, text: &str, left: u32, top: u32) {
+        self.canvas.text(text, (left as i32, top as i32));
     }
 
     /// The sheet as a PNG.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        let mut png = Vec::new();
-        PngEncoder::new(&mut png)
-            .write_image(&self.image, self.image.width(), self.image.height(), ExtendedColorType::Rgb8)
-            .map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
-        Ok(png)
+        self.canvas.png()
     }
 }
 
@@ -113,6 +112,8 @@ impl SceneSheet {
 mod tests {
     use super::*;
     use nalgebra::Vector2;
+
+    const WHITE: Rgb<u8> = Rgb([255; 3]);
 
     fn black(width: u32, height: u32) -> Panel {
         Panel::new(width, height, vec![0; (width * height * 3) as usize]).unwrap()
@@ -135,10 +136,23 @@ mod tests {
         let mut sheet = SceneSheet::new(20, 10);
         sheet.place(&black(4, 2), 10, 0, 8);
         let sheet = image::load_from_memory(&sheet.png().unwrap()).unwrap().to_rgb8();
-        assert_eq!(sheet.get_pixel(9, 0), &BACKGROUND);
+        assert_eq!(sheet.get_pixel(9, 0), &WHITE);
         assert_eq!(sheet.get_pixel(10, 0), &Rgb([0, 0, 0]));
         assert_eq!(sheet.get_pixel(17, 3), &Rgb([0, 0, 0]));
-        assert_eq!(sheet.get_pixel(17, 4), &BACKGROUND);
+        assert_eq!(sheet.get_pixel(17, 4), &WHITE);
         assert!(Panel::new(2, 2, vec![0; 3]).is_err());
+    }
+
+    #[test]
+    fn captions_are_written_where_they_are_put() {
+        let mut sheet = SceneSheet::new(40, 60);
+        sheet.caption("H", 20, 30);
+        let sheet = image::load_from_memory(&sheet.png().unwrap()).unwrap().to_rgb8();
+        let inked = |(x, y, pixel): (u32, u32, &Rgb<u8>)| (pixel != &WHITE).then_some((x, y));
+        let inked: Vec<_> = sheet.enumerate_pixels().filter_map(inked).collect();
+        assert!(
+            !inked.is_empty() && inked.iter().all(|&(x, y)| x >= 20 && (30..46).contains(&y)),
+            "{inked:?}"
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Why a scene file, or a study, is refused.
 
 use super::MAX_BYTES;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_sim::scene::SceneError;
 
@@ -9,7 +9,7 @@ use vantage_sim::scene::SceneError;
 #[derive(Debug, Error)]
 pub enum SceneFileError {
     /// It cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}{}", path.display(), hint(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -49,4 +49,13 @@ pub enum SceneFileError {
         /// The rule.
         source: SceneError,
     },
+}
+
+/// Of what may be a misspelt command.
+fn hint(path: &Path) -> &'static str {
+    if path.extension().is_none() {
+        "; a scene is a YAML file, and `bench --help` lists the commands"
+    } else {
+        ""
+    }
 }

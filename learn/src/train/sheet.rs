@@ -5,7 +5,6 @@ use super::error::TrainError;
 use super::files;
 use super::predictions::Predictions;
 use super::views::Views;
-use crate::folder::crop_of;
 use image::{ImageFormat, RgbImage, imageops};
 use nalgebra::DVector;
 use std::io::Cursor;
@@ -73,7 +72,7 @@ fn rebuilt(coefficients: &[f32], components: &Components) -> Vec<Crop> {
         for (weights, &coefficient) in layer.weight.chunks_exact(CROP_BYTES).zip(row) {
             planes.iter_mut().zip(weights).for_each(|(plane, weight)| *plane += coefficient * weight);
         }
-        crop_of(&planes)
+        Crop::from_chw(&planes)
     };
     coefficients.chunks_exact(layer.inputs()).map(crop).collect()
 }
