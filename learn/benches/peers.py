@@ -152,7 +152,11 @@ def write_batched(model, folder):
         for value in [*read.graph.input, *read.graph.output]:
             value.type.tensor_type.shape.dim[0].dim_value = BATCH
         shapes = {node.input[1] for node in read.graph.node if node.op_type == "Reshape"}
+        joined = {name for node in read.graph.node if node.op_type == "Concat" for name in node.input}
         for constant in read.graph.initializer:
+            if constant.name in joined:
+                rows = numpy_helper.to_array(constant).repeat(BATCH, axis=0)
+                constant.CopyFrom(numpy_helper.from_array(rows, constant.name))
             if constant.name in shapes:
                 shape = numpy_helper.to_array(constant).copy()
                 shape[0] = BATCH
