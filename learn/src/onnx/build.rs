@@ -127,6 +127,16 @@ pub(crate) fn integer(name: &str, value: i64) -> AttributeProto {
     }
 }
 
+/// A real attribute.
+pub(crate) fn real(name: &str, value: f32) -> AttributeProto {
+    AttributeProto {
+        name: name.into(),
+        r#type: AttributeType::Float as i32,
+        f: value,
+        ..AttributeProto::default()
+    }
+}
+
 /// An attribute of integers.
 pub(crate) fn integers(name: &str, values: &[i64]) -> AttributeProto {
     let (name, ints) = (name.into(), values.to_vec());

@@ -2,7 +2,7 @@
 
 use super::{dense, selections};
 use crate::architecture::{LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
-use crate::onnx::build::{GraphBuilder, integers};
+use crate::onnx::build::{GraphBuilder, integers, real};
 use crate::role::Kind;
 use crate::train::weights::{Conv, Dense, Weights};
 use vantage_dataset::crop::CROP_BYTES;
@@ -10,7 +10,8 @@ use vantage_dataset::viewpoint::HARMONICS;
 
 /// `t(z)` of `crop`.
 ///
-/// The first convolution takes centred pixels: what they are centred by goes into its bias, and around the crop.
+/// The first convolution takes centred pixels: what they are centred by goes into its bias, and around the crop. After
+/// convolutions, ReLUs are leaky ones that leak nothing: those alone are applied by tract as it stores a convolution's sums.
 pub(super) fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
     let around = b.sizes("around", &[0, 0, 1, 1, 0, 0, 1, 1]);
     let center = b.weight("pixel_center", &[], &[PIXEL_CENTER]);
@@ -27,7 +28,8 @@ pub(super) fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
             integers("pads", &[padding; 4]),
         ];
         b.node_with("Conv", &[&x, &weight, &bias], &[&name], attributes);
-        x = b.node("Relu", &[&name], &format!("{name}.relu"));
+        x = format!("{name}.relu");
+        b.node_with("LeakyRelu", &[&name], &[&x], vec![real("alpha", 0.0)]);
         inputs = outputs;
     }
     let flat = b.node("Flatten", &[&x], "trunk.flat");
