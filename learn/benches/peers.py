@@ -152,6 +152,7 @@ def write_batched(model, folder):
         for value in [*read.graph.input, *read.graph.output]:
             value.type.tensor_type.shape.dim[0].dim_value = BATCH
         shapes = {node.input[1] for node in read.graph.node if node.op_type == "Reshape"}
+        # Zeros of a crop, beside which the encoder's mean has numbers of each crop.
         joined = {name for node in read.graph.node if node.op_type == "Concat" for name in node.input}
         for constant in read.graph.initializer:
             if constant.name in joined:

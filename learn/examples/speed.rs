@@ -79,10 +79,11 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn ran_batches(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    // The kernels that the library chooses.
+    #[cfg(target_arch = "x86_64")]
+    tract_onnx::tract_core::tract_linalg::knobs::TRACT_CPU_ISA.set(Some("-avx512f".into()));
     let mut graphs =
         std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
-    #[cfg(target_arch = "x86_64")]
-    tract_onnx::tract_core::knobs::set_config_global("TRACT_CPU_ISA", "-avx512f")?;
     graphs.retain(|path| path.extension().is_some_and(|extension| extension == "onnx"));
     graphs.sort();
     for path in graphs {

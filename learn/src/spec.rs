@@ -111,7 +111,7 @@ pub struct TrainingSpec {
     #[serde(skip_serializing_if = "is_default")]
     pub objective: Objective,
     /// Pairs of numbers of the latent that turn with each of the five harmonics of the azimuth; the others do not turn. With 0
-    /// none does. Models that are told of no azimuth have none.
+    /// none does; at most 64. Models that are told of no azimuth have none.
     #[garde(custom(leaves_invariant(self)))]
     pub pairs_per_harmonic: usize,
     /// Of the viewpoint-predictive model.
@@ -252,10 +252,16 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
+/// Most pairs for each harmonic: what turns derivatives are matrices of the square of all pairs.
+pub(crate) const MOST_PAIRS: usize = 64;
+
 fn leaves_invariant(spec: &TrainingSpec) -> impl FnOnce(&usize, &()) -> garde::Result + '_ {
     move |pairs, ()| {
         let (latent, least) =
             (spec.latent_dim, spec.turning_pairs().saturating_mul(2 * HARMONICS).saturating_add(1));
+        if spec.turning_pairs() > MOST_PAIRS {
+            return Err(garde::Error::new(format!("is {pairs}, it has to be at most {MOST_PAIRS}")));
+        }
         if latent >= least {
             return Ok(());
         }
@@ -286,11 +292,15 @@ mod tests {
     fn the_default_is_valid_and_fields_are_checked() {
         let spec = TrainingSpec::default();
         spec.validate().unwrap();
-        let wrong = TrainingSpec { latent_dim: 20, learning_rate: f64::NAN, views: 0, ..spec };
+        let wrong = TrainingSpec { latent_dim: 20, learning_rate: f64::NAN, views: 0, ..spec.clone() };
         let report = wrong.validate().unwrap_err().to_string();
         for field in ["pairs_per_harmonic", "21", "learning_rate", "views"] {
             assert!(report.contains(field), "{report}");
         }
+        let pairs =
+            |pairs_per_harmonic| TrainingSpec { pairs_per_harmonic, latent_dim: 1024, ..spec.clone() };
+        pairs(MOST_PAIRS).validate().unwrap();
+        assert!(pairs(MOST_PAIRS + 1).validate().unwrap_err().to_string().contains("at most 64"));
     }
 
     #[test]

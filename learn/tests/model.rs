@@ -7,7 +7,6 @@ mod support;
 use approx::assert_relative_eq;
 use nalgebra::{DMatrix, DVector};
 use support::{tiny_model, validation_views};
-use vantage_dataset::crop::CROP_BYTES;
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Viewpoint};
 use vantage_learn::{
@@ -32,14 +31,6 @@ fn conditioning(numbers: &[f32]) -> [f64; CONDITIONING] {
     std::array::from_fn(|i| f64::from(numbers[i]))
 }
 
-fn crop(planes: &[f32]) -> Crop {
-    let mut crop = Crop::black();
-    for index in 0..CROP_BYTES {
-        crop.0[index] = (planes[(index % 3) * CROP_BYTES / 3 + index / 3] * 255.0).round() as u8;
-    }
-    crop
-}
-
 /// A latent and a viewpoint's conditioning that the model has use for.
 fn state(model: &ViewpointModel) -> (DVector<f64>, Viewpoint) {
     let views = validation_views().views;
@@ -57,7 +48,7 @@ fn tract_computes_what_the_trainer_computed() {
     let mut replayed = Vec::new();
     for CanaryCase { role, inputs, outputs } in canary() {
         match role {
-            Role::Measurement => close(&model.measure(&crop(&inputs[0])).unwrap(), &outputs[0]),
+            Role::Measurement => close(&model.measure(&Crop::from_chw(&inputs[0])).unwrap(), &outputs[0]),
             Role::Decoder => {
                 close(&model.predict(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap(), &outputs[0]);
             }
@@ -204,17 +195,15 @@ fn states_out_of_all_range_are_errors() {
 }
 
 #[test]
-fn runs_beside_each_other_and_after_an_error_have_the_same_bits() {
+fn runs_beside_each_other_have_the_same_bits() {
     let model = model();
     let (latent, viewpoint) = state(&model);
     let x = viewpoint.conditioning();
     let alone = model.linearize(&latent, &x).unwrap();
-    let far = DVector::from_element(latent.len(), f64::MAX);
     std::thread::scope(|scope| {
         for _ in 0..4 {
             scope.spawn(|| {
                 for _ in 0..50 {
-                    assert!(model.linearize(&far, &x).is_err());
                     assert_eq!(model.linearize(&latent, &x).unwrap(), alone);
                 }
             });
@@ -222,12 +211,15 @@ fn runs_beside_each_other_and_after_an_error_have_the_same_bits() {
     });
 }
 
-/// Can fail only on a processor with AVX-512.
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn models_run_by_the_same_kernels_on_processors_with_and_without_avx_512() {
-    use tract_onnx::tract_core::tract_linalg::isa::{Isa, native};
+    use tract_onnx::tract_core::tract_linalg::{isa, knobs::TRACT_CPU_ISA};
 
     model();
-    assert!(!native().has(Isa::X86_64Avx512f));
+    assert_eq!(TRACT_CPU_ISA.get().as_deref(), Some("-avx512f"));
+    if !std::arch::is_x86_feature_detected!("avx512f") {
+        return println!("skipped: no AVX-512 to leave out");
+    }
+    assert!(!isa::native().has(isa::Isa::X86_64Avx512f));
 }

@@ -315,6 +315,16 @@ fn tensors_too_large_are_refused_before_they_are_made() {
 }
 
 #[test]
+fn a_weight_is_not_padded() {
+    let error = changed(Role::Measurement, |model| {
+        let nodes = &mut model.graph.as_mut().unwrap().node;
+        let pad = nodes.iter_mut().find(|node| node.op_type == "Pad").unwrap();
+        pad.input[0] = "pixel_center".into();
+    });
+    assert!(error.to_string().contains("\"pixel_center\" is padded"), "{error}");
+}
+
+#[test]
 fn a_canary_cannot_allow_everything() {
     let folder = copied();
     let path = folder.path().join(CANARY);

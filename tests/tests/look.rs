@@ -20,7 +20,12 @@ fn a_scene_becomes_one_picture() {
     };
     assert!(count(0, 24, [255, 0, 0]) > 200, "no path");
     assert!(count(640, 24, [255, 255, 0]) > 50, "no box");
-    assert!(count(0, 1012, [0, 0, 0]) > 100, "no crops under their caption");
+    assert!(count(0, 1032, [0, 0, 0]) > 10_000, "no crops");
+    for (left, top) in [(0, 0), (640, 0), (0, 504), (640, 504), (0, 1008)] {
+        let caption = (top..top + 24).flat_map(|y| (left..left + 640).map(move |x| (x, y)));
+        let inked = caption.filter(|&(x, y)| sheet.get_pixel(x, y).0[0] < 128).count();
+        assert!(inked > 100, "no caption at {left}, {top}: {inked}");
+    }
     look(&scene.path("scene.yaml/look.png")).expect(6, &["scene.yaml"]);
 }
 

@@ -31,8 +31,9 @@ const CANDIDATES: usize = 8;
 const INSTANCES: usize = 10;
 const VIEWS: usize = 8;
 const CROP: u32 = 128;
-/// Height of a caption's line, and its distance from what is beside it.
+/// Height of a caption's line.
 const CAPTION: u32 = 24;
+/// Of a caption from the corner of its line.
 const MARGIN: u32 = 4;
 /// Horizontal field of view from above: narrow, so that walls hide little.
 const FROM_ABOVE_FOV: f64 = 0.3;
@@ -72,7 +73,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let conditions = scene.view_conditions();
     let shown = instances(&scene);
     let caption = format!(
-        "{shown} test instances, a column each, from azimuths all round as the scene's sensors see them"
+        "test instances, a column each ({shown}), from azimuths all round as the scene's sensors see them"
     );
     sheet.caption(&caption, MARGIN, 2 * pitch + MARGIN);
     let set = training_views(&conditions, Split::Test, shown, seed, renderer.as_mut(), &mut |_| {})?;
@@ -136,7 +137,7 @@ fn pictures(
             }
         }
         let (steps, found) = (rollout.steps(), look.detections.len());
-        let caption = format!("step {step} of {steps}; detections, yellow: {found}");
+        let caption = format!("step {step}, 0 to {}; detections, yellow: {found}", steps - 1);
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
         for (detection, _) in &look.detections {
             panel.outline(&detection.bounding_box);

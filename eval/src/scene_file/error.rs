@@ -9,7 +9,7 @@ use vantage_sim::scene::SceneError;
 #[derive(Debug, Error)]
 pub enum SceneFileError {
     /// It cannot be read.
-    #[error("cannot read {}: {source}{}", path.display(), hint(path))]
+    #[error("cannot read {}: {source}{}", path.display(), hint(path, source))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -51,10 +51,10 @@ pub enum SceneFileError {
     },
 }
 
-/// Of what may be a misspelt command.
-fn hint(path: &Path) -> &'static str {
-    if path.extension().is_none() {
-        "; a scene is a YAML file, and `bench --help` lists the commands"
+/// What to add where the path may be a misspelt command.
+fn hint(path: &Path, source: &std::io::Error) -> &'static str {
+    if source.kind() == std::io::ErrorKind::NotFound && path.extension().is_none() {
+        "; scenes and studies are YAML files, and `bench --help` lists the commands"
     } else {
         ""
     }

@@ -142,9 +142,11 @@ fn numbers(weight: &TensorProto) -> Vec<f32> {
     }
 }
 
-/// Every name is defined once, and before it is used.
+/// Every name is defined once, and before it is used; what is padded comes of the inputs, for tract would pad a weight as it
+/// reads the graph, however large it becomes.
 fn check_wiring(graph: &GraphProto) -> Result<(), GraphError> {
     let mut defined = BTreeSet::new();
+    let mut fed: BTreeSet<&str> = graph.input.iter().map(|input| input.name.as_str()).collect();
     let define = |name: &str, defined: &mut BTreeSet<String>| match defined.insert(name.to_owned()) {
         true => Ok(()),
         false => Err(GraphError::Wiring { tensor: name.to_owned(), fault: "is defined twice" }),
@@ -160,6 +162,14 @@ fn check_wiring(graph: &GraphProto) -> Result<(), GraphError> {
         let named = |name: &&String| !name.is_empty();
         if let Some(name) = node.input.iter().filter(named).find(|name| !defined.contains(*name)) {
             return Err(undefined(name));
+        }
+        let is_fed = |name: &String| fed.contains(name.as_str());
+        if node.op_type == "Pad" && !node.input.first().is_some_and(is_fed) {
+            let tensor = node.input.first().cloned().unwrap_or_default();
+            return Err(GraphError::Wiring { tensor, fault: "is padded, but does not depend on the inputs" });
+        }
+        if node.input.iter().any(is_fed) {
+            fed.extend(node.output.iter().map(String::as_str));
         }
         for name in node.output.iter().filter(named) {
             define(name, &mut defined)?;

@@ -6,9 +6,12 @@ use super::error::GraphError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tract_onnx::prelude::*;
-#[cfg(target_arch = "x86_64")]
-use tract_onnx::tract_core::knobs::set_config_global;
 use tract_onnx::tract_core::model::typed::TypedSimpleState;
+#[cfg(target_arch = "x86_64")]
+use tract_onnx::tract_core::tract_linalg::{
+    isa::{Isa, native},
+    knobs::TRACT_CPU_ISA,
+};
 use vantage_dataset::widest::widest;
 
 /// Largest magnitude of an input. Far beyond all that a model is trained on; where sums overflow, tract's ReLU
@@ -18,15 +21,10 @@ const LARGEST_INPUT: f32 = 1e6;
 /// Numbers of the largest tensor within a graph: 64 MiB of `f32`.
 const LARGEST_TENSOR: usize = 16 << 20;
 
-/// What tract may use of the CPU: its kernels for AVX-512 round otherwise than those for AVX2, so that results would depend on
-/// the processor, and are no faster for networks of this size.
-#[cfg(target_arch = "x86_64")]
-const KERNELS: &str = "-avx512f";
-
 /// A graph of fixed shapes, optimised by tract.
 pub(crate) struct Graph {
     plan: Arc<TypedRunnableModel>,
-    /// What runs keep of memory, one for each that ran beside others.
+    /// States of tract that wait for the next run; at most as many as ever ran at once.
     states: Mutex<Vec<TypedSimpleState>>,
     signature: Signature,
 }
@@ -36,8 +34,7 @@ impl Graph {
     pub(crate) fn from_bytes(bytes: &[u8], signature: &Signature) -> Result<Self, GraphError> {
         let model = checked_model(bytes, signature)?;
         let refused = |reason: String| GraphError::Refused { reason };
-        #[cfg(target_arch = "x86_64")]
-        set_config_global("TRACT_CPU_ISA", KERNELS).map_err(|error| refused(error.to_string()))?;
+        choose_kernels().map_err(refused)?;
         let typed = || tract_onnx::onnx().model_for_proto_model(&model)?.into_typed();
         let typed = contained(typed).map_err(refused)?;
         check_tensors(&typed)?;
@@ -104,6 +101,22 @@ impl Graph {
         }
         Ok(())
     }
+}
+
+/// Leaves out tract's kernels for AVX-512, which round otherwise than those for AVX2, so that results would depend on the processor,
+/// and are no faster for networks of this size. What the environment says of kernels does not count.
+#[cfg(target_arch = "x86_64")]
+fn choose_kernels() -> Result<(), String> {
+    TRACT_CPU_ISA.set(Some("-avx512f".into()));
+    match native().has(Isa::X86_64Avx512f) {
+        true => Err("it chose kernels for AVX-512 before a model was loaded".into()),
+        false => Ok(()),
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn choose_kernels() -> Result<(), String> {
+    Ok(())
 }
 
 /// Before anything is allocated that a node's attributes ask for.

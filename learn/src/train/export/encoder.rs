@@ -37,7 +37,7 @@ pub(super) fn trunk(b: &mut GraphBuilder, weights: &Weights) -> String {
     b.node("Relu", &[&features], "features.relu")
 }
 
-/// The bias of a convolution whose pixels were centred, where they are not.
+/// The bias that makes a convolution of plain pixels equal to that of centred ones.
 fn centring(conv: &Conv) -> Vec<f32> {
     let taps = conv.weight.len() / conv.bias.len();
     let sums = conv.weight.chunks(taps).map(|taps| taps.iter().map(|&tap| f64::from(tap)).sum::<f64>());
@@ -78,7 +78,9 @@ pub(super) fn encoder(b: &mut GraphBuilder, weights: &Weights) {
     match architecture.kind() {
         Kind::Embedding => return embedding(b, weights, &x, [&mean, &raw]),
         Kind::ViewpointDependent if layout.pairs() > 0 => turned_mean(b, weights, &x, &mean),
-        _ => _ = dense(b, "mean", &x, &mean),
+        _ => {
+            dense(b, "mean", &x, &mean);
+        }
     }
     let both = raw.columns((0..free).chain(layout.invariant..free));
     let raw = dense(b, "raw_log_variance", &x, &both);
@@ -86,7 +88,8 @@ pub(super) fn encoder(b: &mut GraphBuilder, weights: &Weights) {
 }
 
 /// The mean of `x`, turned by `+azimuth` from the camera's yaw frame into the object's: pairs (`f`, `g`) become `c f - s g` and
-/// `c g + s f` by the cosine `c` and sine `s` of `m azimuth`.
+/// `c g + s f` by the cosine `c` and sine `s` of `m azimuth`. Two linear layers give both terms, so that tract multiplies them as it
+/// stores them.
 fn turned_mean(b: &mut GraphBuilder, weights: &Weights, x: &str, mean: &Dense) {
     let Weights { architecture, .. } = weights;
     let (layout, numbers) = (architecture.latent, architecture.conditioning());
@@ -98,13 +101,14 @@ fn turned_mean(b: &mut GraphBuilder, weights: &Weights, x: &str, mean: &Dense) {
         row[invariant..invariant + pairs].copy_from_slice(selected);
         row[invariant + pairs..].copy_from_slice(selected);
     }
-    let signed = |row: &[f32]| row.iter().map(|&number| -number).chain(row.to_vec()).collect::<Vec<_>>();
+    let signed =
+        |row: &[f32]| row.iter().map(|&number| -number).chain(row.iter().copied()).collect::<Vec<_>>();
     let sin: Vec<f32> = select_sin.chunks(pairs).flat_map(signed).collect();
     let by_cos = dense(b, "mean.cos", "conditioning", &cos);
     let straight = dense(b, "mean.straight", x, mean);
     let straight = b.node("Mul", &[&straight, &by_cos], "mean.by_cos");
-    let select_sin = b.weight("mean.select_sin", &[numbers, 2 * pairs], &sin);
-    let by_sin = b.node("MatMul", &["conditioning", &select_sin], "mean.sin");
+    let signed_sin = b.weight("mean.select_sin", &[numbers, 2 * pairs], &sin);
+    let by_sin = b.node("MatMul", &["conditioning", &signed_sin], "mean.sin");
     let swapped = mean.columns((invariant + pairs..dimension).chain(invariant..invariant + pairs));
     let crossed = dense(b, "mean.crossed", x, &swapped);
     let crossed = b.node("Mul", &[&crossed, &by_sin], "mean.by_sin");

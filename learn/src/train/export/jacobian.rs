@@ -9,8 +9,9 @@ use std::ops::Range;
 
 /// Reverse mode: the rows of `d m / d .` are carried from the measurement back to the latent and conditioning.
 ///
-/// A hidden layer `y = x s` with gate `s = sigmoid(x)` has the derivative `s + y (1 - s)`. What turning does to the rows is one
-/// product with small matrices, of which [`turning`] tells.
+/// A hidden layer `y = x s` with gate `s = sigmoid(x)` has the derivative `s + y (1 - s)`. What turning does to the
+/// rows are two products with matrices of which [`turning`] tells: tract takes longer for sums and products of rows as short as a
+/// pair's.
 pub(super) fn jacobian(b: &mut GraphBuilder, weights: &Weights) {
     let Weights { architecture, decoder: layers, .. } = weights;
     let Architecture { latent: layout, measurement, .. } = *architecture;

@@ -163,7 +163,7 @@ mod tests {
     use crate::canary::{Canary, TOLERANCE, deviation};
     use crate::onnx::graph::Graph;
     use crate::role::Convention;
-    use crate::spec::TrainingSpec;
+    use crate::spec::{MOST_PAIRS, TrainingSpec};
     use crate::train::autoencoder_network::Autoencoder;
     use crate::train::canaries::Trainer;
     use crate::train::components::Components;
@@ -186,8 +186,15 @@ mod tests {
         Class,
     }
 
+    const LATENT: LatentLayout = LatentLayout { invariant: 3, pairs_per_harmonic: 2 };
+
     /// Untrained networks of unusual sizes: their graphs, and what burn computes of them.
-    fn exported(convention: Convention, decoder_sees_azimuth: bool, seen: Seen) -> (Weights, Canary) {
+    fn exported(
+        convention: Convention,
+        decoder_sees_azimuth: bool,
+        seen: Seen,
+        latent: LatentLayout,
+    ) -> (Weights, Canary) {
         let latent_is_class = seen == Seen::Class;
         let architecture = Architecture {
             convention: Some(convention),
@@ -195,7 +202,7 @@ mod tests {
             features: 12,
             measurement: 5,
             encoder: vec![16],
-            latent: LatentLayout { invariant: 3, pairs_per_harmonic: if latent_is_class { 0 } else { 2 } },
+            latent: if latent_is_class { LatentLayout { pairs_per_harmonic: 0, ..latent } } else { latent },
             decoder: vec![20, 9, 14],
             decoder_sees_azimuth,
             decoder_sees_source: seen == Seen::Source,
@@ -244,7 +251,7 @@ mod tests {
             (change, false, Seen::Source),
             (change, true, Seen::Source),
         ] {
-            let (weights, canary) = exported(convention, decoder_sees_azimuth, seen);
+            let (weights, canary) = exported(convention, decoder_sees_azimuth, seen, LATENT);
             assert_eq!(canary.cases.len(), 2 * roles(&weights.architecture).len());
             for case in &canary.cases {
                 let inputs: Vec<_> = case.inputs.iter().map(Vec::as_slice).collect();
@@ -260,11 +267,21 @@ mod tests {
     }
 
     #[test]
+    fn the_most_pairs_that_a_training_may_have_make_graphs_that_load() {
+        let most = LatentLayout { invariant: 384, pairs_per_harmonic: MOST_PAIRS };
+        let (weights, _) = exported(Convention::ObjectCentredChange, false, Seen::Source, most);
+        for role in roles(&weights.architecture) {
+            loaded(role, &weights);
+        }
+    }
+
+    #[test]
     fn turning_viewpoint_and_latent_together_changes_only_what_the_absolute_azimuth_tells() {
         let view = &synthetic::views(Split::Train, 1, 1, 3).views[0].viewpoint;
         let narrowed = |numbers: &[f64]| numbers.iter().map(|&number| number as f32).collect::<Vec<_>>();
         for decoder_sees_azimuth in [false, true] {
-            let (weights, _) = exported(Convention::AzimuthHarmonics, decoder_sees_azimuth, Seen::Nothing);
+            let (weights, _) =
+                exported(Convention::AzimuthHarmonics, decoder_sees_azimuth, Seen::Nothing, LATENT);
             let layout = weights.architecture.latent;
             let latent = DVector::from_fn(layout.dimension(), |i, _| libm::cos(i as f64));
             let decoder = loaded(Role::Decoder, &weights);
