@@ -12,7 +12,7 @@ use support::tiny_model;
 use tempfile::TempDir;
 use tract_onnx::pb::tensor_shape_proto::dimension::Value as Size;
 use tract_onnx::pb::type_proto::Value;
-use tract_onnx::pb::{ModelProto, NodeProto, StringStringEntryProto};
+use tract_onnx::pb::{ModelProto, NodeProto, StringStringEntryProto, TensorProto};
 use vantage_learn::{
     CANARY, EmbeddingModel, GraphError, INSTANCE_LIST, Kind, LARGEST_FILE, MANIFEST, ModelError,
     PredictiveModel, Role, ViewpointModel,
@@ -297,31 +297,57 @@ fn tensors_too_large_are_refused_before_they_are_made() {
         (huge.name, huge.output[0]) = ("huge".into(), "huge".into());
         let pads = huge.attribute.iter_mut().find(|attribute| attribute.name == "pads").unwrap();
         pads.ints = vec![1_000_000; 4];
-        let node = |operator: &str, inputs: [&str; 2], output: &str| NodeProto {
-            name: output.into(),
-            op_type: operator.into(),
-            input: inputs.iter().filter(|name| !name.is_empty()).map(|&name| name.into()).collect(),
-            output: vec![output.into()],
-            ..NodeProto::default()
-        };
         nodes[first + 1].input[0] = "with_huge".into();
-        let mean = node("GlobalAveragePool", ["huge", ""], "mean_of_huge");
+        let mean = node("GlobalAveragePool", &["huge"], "mean_of_huge");
         nodes.splice(
             first + 1..first + 1,
-            [huge, mean, node("Add", ["trunk.0", "mean_of_huge"], "with_huge")],
+            [huge, mean, node("Add", &["trunk.0", "mean_of_huge"], "with_huge")],
         );
     });
     assert!(matches!(error, GraphError::TensorSize { .. }), "{error}");
 }
 
+/// A node of a graph.
+fn node(operator: &str, inputs: &[&str], output: &str) -> NodeProto {
+    NodeProto {
+        name: output.into(),
+        op_type: operator.into(),
+        input: inputs.iter().map(|&name| name.into()).collect(),
+        output: vec![output.into()],
+        ..NodeProto::default()
+    }
+}
+
 #[test]
-fn a_weight_is_not_padded() {
-    let error = changed(Role::Measurement, |model| {
-        let nodes = &mut model.graph.as_mut().unwrap().node;
-        let pad = nodes.iter_mut().find(|node| node.op_type == "Pad").unwrap();
-        pad.input[0] = "pixel_center".into();
-    });
-    assert!(error.to_string().contains("\"pixel_center\" is padded"), "{error}");
+fn weights_are_not_made_into_large_tensors() {
+    let column = TensorProto {
+        name: "column".into(),
+        dims: vec![16384, 1],
+        data_type: 1,
+        raw_data: vec![0; 4 * 16384],
+        ..TensorProto::default()
+    };
+    let row = TensorProto { name: "row".into(), dims: vec![1, 16384], ..column.clone() };
+    let with = |nodes: &[NodeProto]| {
+        let (column, row) = (column.clone(), row.clone());
+        changed(Role::Measurement, move |model| {
+            let graph = model.graph.as_mut().unwrap();
+            graph.initializer.extend([column, row]);
+            graph.node.splice(0..0, nodes.iter().cloned());
+        })
+    };
+    let product = [node("Mul", &["column", "row"], "made")];
+    let of_unknown_shape = [node("Transpose", &["row"], "turned"), node("Add", &["turned", "row"], "made")];
+    let one_by_one: Vec<_> = (0..9000).map(|i| node("Exp", &["row"], &format!("made{i}"))).collect();
+    let gathered = [node("Gather", &["column", "row"], "made")];
+    let product_of_matrices = [node("MatMul", &["column", "row"], "made")];
+    let padded = [node("Pad", &["row", "column"], "made")];
+    let all = [&product[..], &of_unknown_shape, &one_by_one, &gathered, &product_of_matrices, &padded];
+    for nodes in all {
+        let error = with(nodes);
+        let named = matches!(&error, GraphError::Stored { node, .. } if node.starts_with("made"));
+        assert!(named, "{error}");
+    }
 }
 
 #[test]

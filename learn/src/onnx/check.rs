@@ -1,6 +1,7 @@
 //! Structural checks of an ONNX model, before any runtime sees it.
 
 use super::error::GraphError;
+use super::stored::check_stored;
 use super::{OPERATORS, OPSETS, Signature, TensorSpec};
 use half::f16;
 use prost::Message;
@@ -26,6 +27,7 @@ pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<Model
     check_side("inputs", &graph.input, &signature.inputs)?;
     check_side("outputs", &graph.output, &signature.outputs)?;
     check_wiring(graph)?;
+    check_stored(graph)?;
     Ok(model)
 }
 
@@ -142,11 +144,9 @@ fn numbers(weight: &TensorProto) -> Vec<f32> {
     }
 }
 
-/// Every name is defined once, and before it is used; what is padded comes of the inputs, for tract would pad a weight as it
-/// reads the graph, however large it becomes.
+/// Every name is defined once, and before it is used.
 fn check_wiring(graph: &GraphProto) -> Result<(), GraphError> {
     let mut defined = BTreeSet::new();
-    let mut fed: BTreeSet<&str> = graph.input.iter().map(|input| input.name.as_str()).collect();
     let define = |name: &str, defined: &mut BTreeSet<String>| match defined.insert(name.to_owned()) {
         true => Ok(()),
         false => Err(GraphError::Wiring { tensor: name.to_owned(), fault: "is defined twice" }),
@@ -162,14 +162,6 @@ fn check_wiring(graph: &GraphProto) -> Result<(), GraphError> {
         let named = |name: &&String| !name.is_empty();
         if let Some(name) = node.input.iter().filter(named).find(|name| !defined.contains(*name)) {
             return Err(undefined(name));
-        }
-        let is_fed = |name: &String| fed.contains(name.as_str());
-        if node.op_type == "Pad" && !node.input.first().is_some_and(is_fed) {
-            let tensor = node.input.first().cloned().unwrap_or_default();
-            return Err(GraphError::Wiring { tensor, fault: "is padded, but does not depend on the inputs" });
-        }
-        if node.input.iter().any(is_fed) {
-            fed.extend(node.output.iter().map(String::as_str));
         }
         for name in node.output.iter().filter(named) {
             define(name, &mut defined)?;

@@ -84,6 +84,19 @@ pub enum GraphError {
         /// The value.
         value: f32,
     },
+    /// A node whose operands are all weights: a convolution, pooling or padding, or one that makes too many numbers.
+    #[error(
+        "node {node:?} ({operator}) depends on no input: expected no convolution, pooling or padding of weights, and at most {limit} \
+         numbers of all nodes of weights alone; compute it before the export"
+    )]
+    Stored {
+        /// Name of the node.
+        node: String,
+        /// Its operator.
+        operator: String,
+        /// The limit.
+        limit: usize,
+    },
     /// A tensor between two nodes that is far larger than any crop's network needs.
     #[error("node {node:?} makes a tensor of shape {shape}, at most {limit} numbers are expected")]
     TensorSize {

@@ -103,8 +103,8 @@ impl Graph {
     }
 }
 
-/// Leaves out tract's kernels for AVX-512, which round otherwise than those for AVX2, so that results would depend on the processor,
-/// and are no faster for networks of this size. What the environment says of kernels does not count.
+/// Leaves out tract's kernels for AVX-512, which round otherwise than those for AVX2, so that results would depend on the processor.
+/// They are slower on some processors, and faster on others. What the environment says of them does not count.
 #[cfg(target_arch = "x86_64")]
 fn choose_kernels() -> Result<(), String> {
     TRACT_CPU_ISA.set(Some("-avx512f".into()));

@@ -5,6 +5,7 @@ pub(crate) mod build;
 pub(crate) mod check;
 pub(crate) mod error;
 pub(crate) mod graph;
+mod stored;
 
 use std::ops::RangeInclusive;
 
