@@ -337,12 +337,23 @@ fn weights_are_not_made_into_large_tensors() {
         })
     };
     let product = [node("Mul", &["column", "row"], "made")];
-    let of_unknown_shape = [node("Transpose", &["row"], "turned"), node("Add", &["turned", "row"], "made")];
-    let one_by_one: Vec<_> = (0..9000).map(|i| node("Exp", &["row"], &format!("made{i}"))).collect();
+    let sum_with_turned = [node("Transpose", &["row"], "turned"), node("Add", &["turned", "row"], "made")];
+    let repeated = |operator: &str, inputs: &[&str]| -> Vec<_> {
+        (0..9000).map(|i| node(operator, inputs, &format!("made{i}"))).collect()
+    };
+    let (one_by_one, dot_products) = (repeated("Exp", &["row"]), repeated("MatMul", &["row", "column"]));
     let gathered = [node("Gather", &["column", "row"], "made")];
     let product_of_matrices = [node("MatMul", &["column", "row"], "made")];
     let padded = [node("Pad", &["row", "column"], "made")];
-    let all = [&product[..], &of_unknown_shape, &one_by_one, &gathered, &product_of_matrices, &padded];
+    let all = [
+        &product[..],
+        &sum_with_turned,
+        &one_by_one,
+        &dot_products,
+        &gathered,
+        &product_of_matrices,
+        &padded,
+    ];
     for nodes in all {
         let error = with(nodes);
         let named = matches!(&error, GraphError::Stored { node, .. } if node.starts_with("made"));

@@ -84,10 +84,10 @@ pub enum GraphError {
         /// The value.
         value: f32,
     },
-    /// A node whose operands are all weights: a convolution, pooling or padding, or one that makes too many numbers.
+    /// A node whose operands are all weights: a convolution, pooling or padding, or one that takes or makes too many numbers.
     #[error(
         "node {node:?} ({operator}) depends on no input: expected no convolution, pooling or padding of weights, and at most {limit} \
-         numbers of all nodes of weights alone; compute it before the export"
+         numbers taken and made by all nodes of weights alone; compute it before the export"
     )]
     Stored {
         /// Name of the node.

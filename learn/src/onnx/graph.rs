@@ -7,11 +7,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tract_onnx::prelude::*;
 use tract_onnx::tract_core::model::typed::TypedSimpleState;
-#[cfg(target_arch = "x86_64")]
-use tract_onnx::tract_core::tract_linalg::{
-    isa::{Isa, native},
-    knobs::TRACT_CPU_ISA,
-};
 use vantage_dataset::widest::widest;
 
 /// Largest magnitude of an input. Far beyond all that a model is trained on; where sums overflow, tract's ReLU
@@ -34,7 +29,8 @@ impl Graph {
     pub(crate) fn from_bytes(bytes: &[u8], signature: &Signature) -> Result<Self, GraphError> {
         let model = checked_model(bytes, signature)?;
         let refused = |reason: String| GraphError::Refused { reason };
-        choose_kernels().map_err(refused)?;
+        #[cfg(target_arch = "x86_64")]
+        super::kernels::choose_kernels().map_err(refused)?;
         let typed = || tract_onnx::onnx().model_for_proto_model(&model)?.into_typed();
         let typed = contained(typed).map_err(refused)?;
         check_tensors(&typed)?;
@@ -101,22 +97,6 @@ impl Graph {
         }
         Ok(())
     }
-}
-
-/// Leaves out tract's kernels for AVX-512, which round otherwise than those for AVX2, so that results would depend on the processor.
-/// They are slower on some processors, and faster on others. What the environment says of them does not count.
-#[cfg(target_arch = "x86_64")]
-fn choose_kernels() -> Result<(), String> {
-    TRACT_CPU_ISA.set(Some("-avx512f".into()));
-    match native().has(Isa::X86_64Avx512f) {
-        true => Err("it chose kernels for AVX-512 before a model was loaded".into()),
-        false => Ok(()),
-    }
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn choose_kernels() -> Result<(), String> {
-    Ok(())
 }
 
 /// Before anything is allocated that a node's attributes ask for.

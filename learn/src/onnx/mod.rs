@@ -5,6 +5,8 @@ pub(crate) mod build;
 pub(crate) mod check;
 pub(crate) mod error;
 pub(crate) mod graph;
+#[cfg(target_arch = "x86_64")]
+mod kernels;
 mod stored;
 
 use std::ops::RangeInclusive;

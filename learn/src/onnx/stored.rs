@@ -5,8 +5,8 @@ use crate::folder::LARGEST_FILE;
 use std::collections::BTreeMap;
 use tract_onnx::pb::{GraphProto, NodeProto, TensorProto};
 
-/// Numbers that the nodes of weights alone may make together: as many as the largest file holds of 16 bits.
-const MOST: usize = LARGEST_FILE as usize / 2;
+/// Numbers that the nodes of weights alone may take and make together: enough to widen all of the largest file from 16 bits.
+const MOST: usize = LARGEST_FILE as usize;
 
 /// Operators that give as many numbers as they take, in the same shape.
 const UNARY: [&str; 21] = [
@@ -66,22 +66,23 @@ impl Stored {
     }
 }
 
-/// Refuses convolutions, pooling and padding of weights alone, and other nodes of them that make too many numbers. Expects checked weights, each
+/// Refuses convolutions, pooling and padding of weights alone, and other nodes of them that take or make too many numbers. Expects checked weights, each
 /// name defined before it is used.
 pub(super) fn check_stored(graph: &GraphProto) -> Result<(), GraphError> {
     let weights =
         graph.initializer.iter().filter_map(|weight| Some((&*weight.name, Stored::weight(weight)?)));
     let mut stored: BTreeMap<&str, Stored> = weights.collect();
-    let mut made = 0;
+    let mut touched = 0;
     for node in &graph.node {
         let operands = node.input.iter().filter(|name| !name.is_empty()).map(|name| stored.get(&**name));
         let Some(operands) = operands.collect::<Option<Vec<_>>>() else { continue };
-        let result = result(node, &operands).filter(|result| result.volume <= MOST - made);
-        let Some(result) = result else {
+        let result = result(node, &operands);
+        let volumes = operands.iter().copied().chain(&result).map(|tensor| tensor.volume);
+        touched = volumes.fold(touched, usize::saturating_add);
+        let Some(result) = result.filter(|_| touched <= MOST) else {
             let (node, operator) = (node.name.clone(), node.op_type.clone());
             return Err(GraphError::Stored { node, operator, limit: MOST });
         };
-        made += result.volume;
         for name in &node.output {
             stored.insert(name, result.clone());
         }
