@@ -104,6 +104,23 @@ pub enum ModelError {
         /// The limit.
         tolerance: f32,
     },
+    /// A Jacobian that is not that of the graph it belongs to.
+    #[error(
+        "{path:?}: output {output:?} is not what {of} and its central differences give: {got:.2} of their size away on the canary's \
+         inputs, expected at most {limit}; look at signs, scales and the order of rows and columns"
+    )]
+    Derivatives {
+        /// The Jacobian's file.
+        path: PathBuf,
+        /// The output.
+        output: String,
+        /// The graph that was differentiated.
+        of: Role,
+        /// Distance, relative (Frobenius norms).
+        got: f64,
+        /// The limit.
+        limit: f64,
+    },
     /// A model of a kind that a use has nothing to do with.
     #[error("{path:?} is a model of kind {got}, expected one of kind {expected}")]
     Kind {

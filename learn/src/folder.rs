@@ -1,6 +1,7 @@
 //! A model folder at the door: nothing in it is trusted.
 
 use crate::canary::Canary;
+use crate::derivatives::check_derivatives;
 use crate::error::ModelError;
 use crate::latent::LatentGaussian;
 use crate::manifest::{FileRecord, MANIFEST, Manifest, sha256};
@@ -28,7 +29,7 @@ pub(crate) struct ModelFolder {
 
 impl ModelFolder {
     /// Versions, sizes, names, shapes, operators, finite weights and hashes are checked, external data is refused, and
-    /// the canary must come out as it did where the model was made.
+    /// the canary must come out as it did where the model was made, and a Jacobian has to be one.
     pub(crate) fn load(folder: &Path) -> Result<Self, ModelError> {
         let path = folder.join(MANIFEST);
         let bytes = read(&path)?;
@@ -98,6 +99,7 @@ impl ModelFolder {
                     return Err(ModelError::Canary { path: path(), output, got, tolerance });
                 }
             }
+            check_derivatives(&self.graphs, case, &path())?;
         }
         Ok(())
     }

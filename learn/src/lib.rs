@@ -21,6 +21,7 @@
 mod architecture;
 mod canary;
 mod change;
+mod derivatives;
 mod difference;
 mod embedding_model;
 mod error;

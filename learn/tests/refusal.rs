@@ -362,6 +362,39 @@ fn weights_are_not_made_into_large_tensors() {
 }
 
 #[test]
+fn derivatives_of_something_else_are_noticed_though_the_canary_has_them() {
+    for (output, index) in [("measurement", 0), ("d_latent", 1), ("d_conditioning", 2)] {
+        let folder = copied();
+        let graph = change_graph(&folder, Role::DecoderJacobian, |model| {
+            let nodes = &mut model.graph.as_mut().unwrap().node;
+            for name in nodes.iter_mut().flat_map(|node| node.input.iter_mut().chain(&mut node.output)) {
+                if name == output {
+                    *name = "right".into();
+                }
+            }
+            nodes.push(NodeProto { name: "negated".into(), ..node("Neg", &["right"], output) });
+        });
+        let path = folder.path().join(CANARY);
+        let mut canary: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        for case in canary["cases"].as_array_mut().unwrap() {
+            if case["role"] == "decoder_jacobian" {
+                for number in case["outputs"][index].as_array_mut().unwrap() {
+                    *number = (-number.as_f64().unwrap()).into();
+                }
+            }
+        }
+        let canary = canary.to_string();
+        fs::write(&path, &canary).unwrap();
+        change_manifest(&folder, |manifest| {
+            manifest["canary"]["sha256"] = sha256(canary.as_bytes()).into();
+            manifest["graphs"]["decoder_jacobian"]["sha256"] = sha256(&graph).into();
+        });
+        let told = error(&folder);
+        assert!(matches!(&told, ModelError::Derivatives { output: named, .. } if named == output), "{told}");
+    }
+}
+
+#[test]
 fn a_canary_cannot_allow_everything() {
     let folder = copied();
     let path = folder.path().join(CANARY);

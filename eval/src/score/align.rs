@@ -1,22 +1,14 @@
 //! The SE(3) alignment of two point sets in the least-squares sense (Umeyama 1991, without scale).
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use thiserror::Error;
 use vantage_dataset::Pose;
 
-/// Points that lie on a line, or in one place, leave the rotation about it free.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("the positions lie on a line or in one place, so that no unique rotation aligns them")]
-pub struct Degenerate;
-
-/// Second to first singular value of the covariance below which the positions count as a line.
-const RANK_TOLERANCE: f64 = 1e-10;
-
-/// The rigid transform `T` of least `sum |x_in_a - T x_in_b|^2`.
+/// A rigid transform `T` of least `sum |x_in_a - T x_in_b|^2`: one of many that are as good where the points lie on a line or in one
+/// place. `None` for no points, and for points that are not finite.
 ///
 /// # Panics
 /// If the sets differ in size.
-pub fn umeyama(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Result<Pose, Degenerate> {
+pub fn umeyama(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Option<Pose> {
     assert_eq!(in_a.len(), in_b.len(), "each point needs its counterpart");
     let n = in_a.len() as f64;
     // Means, Eq. 34 and 35; covariance, Eq. 38.
@@ -25,17 +17,13 @@ pub fn umeyama(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Result<Pose, Deg
     let covariance: Matrix3<f64> =
         in_a.iter().zip(in_b).map(|(a, b)| (a - mean_a) * (b - mean_b).transpose()).sum::<Matrix3<f64>>() / n;
     if !covariance.iter().all(|x| x.is_finite()) {
-        return Err(Degenerate);
+        return None;
     }
     let svd = covariance.svd(true, true);
-    let (Some(u), Some(v_transposed)) = (svd.u, svd.v_t) else { return Err(Degenerate) };
+    let (u, v_transposed) = (svd.u?, svd.v_t?);
     let values = svd.singular_values;
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));
-    let defined = values[order[0]] > 0.0 && values[order[1]] > RANK_TOLERANCE * values[order[0]];
-    if !defined {
-        return Err(Degenerate);
-    }
     // S, Eq. 43: a reflection is undone along the weakest axis.
     let mut s = Matrix3::identity();
     if u.determinant() * v_transposed.determinant() < 0.0 {
@@ -43,7 +31,7 @@ pub fn umeyama(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Result<Pose, Deg
     }
     let rotation =
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(u * s * v_transposed));
-    Ok(Pose::from_parts((mean_a - rotation * mean_b).into(), rotation))
+    Some(Pose::from_parts((mean_a - rotation * mean_b).into(), rotation))
 }
 
 #[cfg(test)]
@@ -68,14 +56,21 @@ mod tests {
     }
 
     #[test]
-    fn lines_and_single_places_are_refused_at_any_scale() {
+    fn a_line_or_a_single_place_is_laid_on_itself_at_any_scale() {
+        let a_from_b = se3::exp(&Tangent::from([0.3, -1.0, 2.0, 0.4, -0.8, 1.9]));
         for scale in [1e-6, 1.0, 1e6] {
-            let line: Vec<Vector3<f64>> =
-                (0..5).map(|i| Vector3::new(0.3, -1.0, 2.0) * scale * f64::from(i)).collect();
-            assert_eq!(umeyama(&line, &line), Err(Degenerate));
-            let place = vec![Vector3::new(scale, 0.0, 0.0); 4];
-            assert_eq!(umeyama(&place, &place), Err(Degenerate));
+            let line = |i: u32| Vector3::new(0.3, -1.0, 2.0) * scale * f64::from(i);
+            let place = |_| Vector3::new(scale, 0.0, 0.0);
+            for in_b in [(0..5).map(line).collect::<Vec<_>>(), (0..4).map(place).collect()] {
+                let in_a: Vec<_> =
+                    in_b.iter().map(|p| a_from_b.transform_point(&(*p).into()).coords).collect();
+                let found = umeyama(&in_a, &in_b).unwrap();
+                for (a, b) in in_a.iter().zip(&in_b) {
+                    let moved = found.transform_point(&(*b).into()).coords;
+                    assert_relative_eq!(moved, *a, epsilon = 1e-9 * scale.max(1.0));
+                }
+            }
         }
-        assert_eq!(umeyama(&[], &[]), Err(Degenerate));
+        assert_eq!(umeyama(&[], &[]), None);
     }
 }
