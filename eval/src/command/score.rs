@@ -21,6 +21,7 @@ use crate::table::{Outcome, Table};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
 
 /// All that the line gave for one scene.
@@ -71,6 +72,9 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     } else {
         let episodes = episodes(&pipeline, &seeds, Split::Test)?;
         clock.stage("episodes");
+        for episode in episodes.iter().filter_map(|(_, episode)| episode.as_ref().ok()) {
+            loaded.check_unseen(read_truth(&episode.folder)?.objects.iter().map(|object| object.instance))?;
+        }
         let answers = estimates(&pipeline, &episodes, &loaded)?;
         clock.stage("estimates");
         (episodes, answers)

@@ -102,6 +102,7 @@ fn cells(comparison: &Comparison) -> Vec<String> {
         Movement::Still => "still",
         Movement::Improved => "improved: baseline out of date",
         Movement::Regressed => "REGRESSED",
+        Movement::Unclear if shift.is_some_and(|shift| shift.mean.n == 1) => "MOVED, on one seed alone",
         Movement::Unclear => "MOVED, too unlike by seed to say which way",
         Movement::New => "new: not in the baseline",
     };
