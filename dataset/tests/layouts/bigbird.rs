@@ -130,6 +130,7 @@ fn what_is_missing_is_left_out_and_told() {
     .unwrap();
     truncate(&folder.join("masks/NP5_90_mask.pbm"), 0.5);
     truncate(&folder.join("poses/NP5_180_pose.h5"), 0.5);
+    truncate(&folder.join("NP4_270.jpg"), 0.5);
     truncate(&folder.join("NP5_270.jpg"), 0.01);
     let (set, report) = read(&folder).unwrap();
     let told: Vec<(String, &str)> = report
@@ -147,13 +148,15 @@ fn what_is_missing_is_left_out_and_told() {
         "masks/NP4_90_mask.pbm",
         "masks/NP5_90_mask.pbm",
         "poses/NP5_180_pose.h5",
+        "NP4_270.jpg",
         "NP5_270.jpg",
     ];
     assert_eq!(files, expected, "{told:?}");
     assert_eq!(told[1].1, "no image");
     assert_eq!(told[2].1, "the mask is empty");
     assert_eq!(told[3].1, "the mask is that of the background");
-    assert_eq!(set.views.len(), 40 - 6 - 5);
+    assert!(told[6].1.contains("cut short"), "{}", told[6].1);
+    assert_eq!(set.views.len(), 40 - 7 - 5);
 }
 
 #[test]
