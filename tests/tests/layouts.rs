@@ -99,6 +99,19 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert!(scene.path("figures/latents.png").exists());
 }
 
+#[test]
+fn an_import_tells_what_it_lacks() {
+    let scene = turntable();
+    dataset(&scene, "bigbird", "2").expect(0, &[]);
+    let root = scene.path("d/bigbird");
+    let other = root.join(&verify_layout(&root).unwrap().shards[1].name);
+    fs::remove_file(other.join("calibration.h5")).unwrap();
+    let mut command = bench();
+    command.args(["import", "bigbird"]).arg(&root).arg("--out").arg(scene.path("views"));
+    Finished::of(&mut command).expect(0, &[&format!("left out: {}: no calibration.h5", other.display())]);
+    assert_eq!(read_views(&scene.path("views")).unwrap().instances.len(), 1);
+}
+
 fn apartment(more: &[(&str, &str)]) -> SmallScene {
     let changes = [
         (CIRCLE, "grid: { spacing: 0.3, headings: 12, clearance: 0.35 }"),

@@ -2,7 +2,7 @@ use crate::balls::{Ball, capture, looking};
 use crate::{files, truncate};
 use nalgebra::{Point3, Vector3};
 use std::path::{Path, PathBuf};
-use vantage_dataset::layout::bigbird::{BigBirdWriter, object_folders, read_objects};
+use vantage_dataset::layout::bigbird::{BigBirdWriter, object_folders, read_objects, uncalibrated_folders};
 use vantage_dataset::layout::{ImportError, ImportReport};
 use vantage_dataset::store::{Provenance, StoreError, read_views, write_views};
 use vantage_dataset::window::{Labelled, Window, cut};
@@ -157,6 +157,21 @@ fn what_is_missing_is_left_out_and_told() {
     assert_eq!(told[3].1, "the mask is that of the background");
     assert!(told[6].1.contains("cut short"), "{}", told[6].1);
     assert_eq!(set.views.len(), 40 - 7 - 5);
+}
+
+#[test]
+fn folders_of_objects_without_a_calibration_are_found_and_others_are_not() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = export(root.path());
+    for other in ["papers", "masked/masks", "shown", "thumbnails"] {
+        std::fs::create_dir_all(root.path().join(other)).unwrap();
+    }
+    std::fs::copy(folder.join("NP1_0.jpg"), root.path().join("shown/NP1_0.jpg")).unwrap();
+    std::fs::copy(folder.join("NP1_0.jpg"), root.path().join("thumbnails/one.jpg")).unwrap();
+    let found = uncalibrated_folders(root.path()).unwrap();
+    assert_eq!(found, ["masked", "shown"].map(|name| root.path().join(name)));
+    std::fs::remove_file(folder.join("calibration.h5")).unwrap();
+    assert!(uncalibrated_folders(root.path()).unwrap().contains(&folder));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use std::io::Write;
 use std::path::Path;
 use vantage_dataset::layout::avd::read_scan;
-use vantage_dataset::layout::bigbird::{object_folders, read_objects};
+use vantage_dataset::layout::bigbird::{object_folders, read_objects, uncalibrated_folders};
 use vantage_dataset::layout::{ImportReport, Skipped};
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{ObjectTruth, Split, episode_views};
@@ -65,7 +65,12 @@ fn bigbird(
     all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
     folders
         .retain(|folder| args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name)));
-    let (set, report) = read_objects(&folders, split(args), &|_| true)?;
+    let (set, mut report) = read_objects(&folders, split(args), &|_| true)?;
+    if args.objects.is_empty() {
+        let uncalibrated = uncalibrated_folders(&args.source)?.into_iter();
+        let told = uncalibrated.map(|file| Skipped { file, reason: "no calibration.h5".to_owned() });
+        report.skipped.splice(..0, told);
+    }
     write_views(out, &set, provenance)?;
     Ok((report, format!("views of {} objects", set.instances.len())))
 }
