@@ -100,15 +100,21 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
 }
 
 #[test]
-fn an_import_tells_what_it_lacks() {
+fn an_import_tells_what_it_lacks_and_leaves_nothing_where_it_finds_nothing() {
     let scene = turntable();
     dataset(&scene, "bigbird", "2").expect(0, &[]);
     let root = scene.path("d/bigbird");
-    let other = root.join(&verify_layout(&root).unwrap().shards[1].name);
+    let manifest = verify_layout(&root).unwrap();
+    let [whole, other] = [0, 1].map(|i| root.join(&manifest.shards[i].name));
+    let import = |folder: &Path| {
+        Finished::of(bench().args(["import", "bigbird"]).arg(folder).arg("--out").arg(scene.path("views")))
+    };
     fs::remove_file(other.join("calibration.h5")).unwrap();
-    let mut command = bench();
-    command.args(["import", "bigbird"]).arg(&root).arg("--out").arg(scene.path("views"));
-    Finished::of(&mut command).expect(0, &[&format!("left out: {}: no calibration.h5", other.display())]);
+    fs::rename(whole.join("masks"), whole.join("aside")).unwrap();
+    import(&root).expect(4, &[&format!("left out: {}: no calibration.h5", other.display())]);
+    assert_eq!(fs::read_dir(scene.path("views")).unwrap().count(), 0);
+    fs::rename(whole.join("aside"), whole.join("masks")).unwrap();
+    import(&root).expect(0, &["no calibration.h5"]);
     assert_eq!(read_views(&scene.path("views")).unwrap().instances.len(), 1);
 }
 
