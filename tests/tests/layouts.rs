@@ -116,6 +116,15 @@ fn an_import_tells_what_it_lacks_and_leaves_nothing_where_it_finds_nothing() {
     fs::rename(whole.join("aside"), whole.join("masks")).unwrap();
     import(&root).expect(0, &["no calibration.h5"]);
     assert_eq!(read_views(&scene.path("views")).unwrap().instances.len(), 1);
+
+    let refused = |folder: &Path, words: &str| {
+        fs::remove_dir_all(scene.path("views")).unwrap();
+        let finished = import(folder);
+        finished.expect(2, &[words]);
+        assert!(!finished.stderr.contains("--objects"), "{finished:#?}");
+    };
+    refused(&whole, "name the folder above it");
+    refused(&scene.path("d"), "holds no object, that is, no folder with a calibration.h5");
 }
 
 fn apartment(more: &[(&str, &str)]) -> SmallScene {

@@ -7,7 +7,7 @@ use crate::output::OutputFolder;
 use crate::progress::Progress;
 use std::io::Write;
 use vantage_dataset::layout::avd::read_scan;
-use vantage_dataset::layout::bigbird::{object_folders, read_objects, uncalibrated_folders};
+use vantage_dataset::layout::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};
 use vantage_dataset::layout::{ImportReport, Skipped};
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet, episode_views};
@@ -74,8 +74,9 @@ enum Imported {
 fn bigbird(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     let mut folders = object_folders(&args.source)?;
     if folders.is_empty() {
-        let missing = "no object".to_owned();
-        return Err(BenchError::NoObject { missing, folder: args.source.clone() });
+        let folder = args.source.clone();
+        let one = is_object(&folder);
+        return Err(if one { BenchError::OneObject { folder } } else { BenchError::NoObjects { folder } });
     }
     all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
     folders
@@ -115,8 +116,8 @@ fn split(args: &ImportArgs) -> Split {
 fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), BenchError> {
     match args.objects.iter().find(|name| !known(name)) {
         Some(name) => {
-            let missing = format!("no object {name}");
-            Err(BenchError::NoObject { missing, folder: args.source.clone() })
+            let (name, folder) = (name.clone(), args.source.clone());
+            Err(BenchError::NoObject { name, folder })
         }
         None => Ok(()),
     }
