@@ -1,5 +1,6 @@
 //! The command line of `bench`.
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -16,6 +17,22 @@ pub struct Cli {
     /// The scene to run, and how.
     #[command(flatten)]
     pub run: RunArgs,
+}
+
+impl Cli {
+    /// The command line of this process, which ends with help, or with 2 and what is wrong.
+    pub fn of_process() -> Self {
+        Self::try_parse().unwrap_or_else(|error| hinted(error).exit())
+    }
+}
+
+/// Adds what commands there are where a word before others, such as a misspelt command, was taken for a scene.
+fn hinted(mut error: clap::Error) -> clap::Error {
+    if error.kind() == ErrorKind::ArgumentConflict && error.get(ContextKind::InvalidSubcommand).is_some() {
+        let hint = "`bench` takes one scene, or a command before it: `bench --help` lists the commands";
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+    }
+    error
 }
 
 /// What `bench` does.
