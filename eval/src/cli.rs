@@ -1,5 +1,6 @@
 //! The command line of `bench`.
 
+use clap::builder::RangedI64ValueParser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
@@ -104,7 +105,7 @@ pub struct DatasetArgs {
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
     /// Seeds 0 to N - 1 instead of those of the scene.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=100_000))]
     pub seeds: Option<u64>,
     /// Which of the disjoint sets of instances the objects are drawn from.
     #[arg(long, value_enum, default_value_t)]
@@ -254,7 +255,7 @@ pub struct StageArgs {
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
     /// Seeds 0 to N - 1 instead of those of the scene.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub seeds: Option<u64>,
 }
 
