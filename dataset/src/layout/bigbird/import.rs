@@ -165,7 +165,8 @@ fn sightings(
         let masks = inverted + sightings.len();
         let got =
             format!("an object that fills the image or touches all its borders, in {inverted} of {masks}");
-        let remedy = "invert the masks: the object must be 0 when decoded, the background not";
+        let remedy = "invert the masks if the background is 0 when decoded, and not the object, or else leave out this \
+                      object, which is too near";
         return Err(ImportError::invalid(
             &folder.join("masks"),
             "polarity",
@@ -188,7 +189,7 @@ impl Unfit {
     fn reason(self) -> &'static str {
         match self {
             Self::Empty => "the mask is empty",
-            Self::Inverted => "the mask is that of the background",
+            Self::Inverted => "the mask is that of the background, or the object is too near",
             Self::CutOff => "the object is cut off by the image's border",
         }
     }
