@@ -1,5 +1,7 @@
 //! The command line of `bench`.
 
+use clap::builder::RangedI64ValueParser;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -16,6 +18,22 @@ pub struct Cli {
     /// The scene to run, and how.
     #[command(flatten)]
     pub run: RunArgs,
+}
+
+impl Cli {
+    /// The command line of this process, which ends with help, or with 2 and what is wrong.
+    pub fn of_process() -> Self {
+        Self::try_parse().unwrap_or_else(|error| hinted(error).exit())
+    }
+}
+
+/// Adds what commands there are where a word before others, such as a misspelt command, was taken for a scene.
+fn hinted(mut error: clap::Error) -> clap::Error {
+    if error.kind() == ErrorKind::ArgumentConflict && error.get(ContextKind::InvalidSubcommand).is_some() {
+        let hint = "`bench` takes one scene, or a command before it: `bench --help` lists the commands";
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+    }
+    error
 }
 
 /// What `bench` does.
@@ -87,7 +105,7 @@ pub struct DatasetArgs {
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
     /// Seeds 0 to N - 1 instead of those of the scene.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=100_000))]
     pub seeds: Option<u64>,
     /// Which of the disjoint sets of instances the objects are drawn from.
     #[arg(long, value_enum, default_value_t)]
@@ -237,7 +255,7 @@ pub struct StageArgs {
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
     /// Seeds 0 to N - 1 instead of those of the scene.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub seeds: Option<u64>,
 }
 

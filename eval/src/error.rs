@@ -41,11 +41,26 @@ pub enum BenchError {
     #[error(transparent)]
     Import(#[from] ImportError),
     /// A folder to import from lacks an object that was asked for.
-    #[error("{} holds {missing}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
+    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
     NoObject {
-        /// `no object`, with its name if it was asked for by one.
-        missing: String,
+        /// Its name.
+        name: String,
         /// Where it was looked for.
+        folder: PathBuf,
+    },
+    /// A folder to import from holds no object.
+    #[error(
+        "{} holds no object, that is, no folder with a calibration.h5: name the folder of the objects' folders",
+        folder.display()
+    )]
+    NoObjects {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A folder to import from is that of an object, in place of that of all.
+    #[error("{} holds the files of one object: name the folder above it", folder.display())]
+    OneObject {
+        /// The folder.
         folder: PathBuf,
     },
     /// A folder holds a dataset of another scene.

@@ -54,6 +54,8 @@ impl BenchError {
             BenchError::Import(_) => Exit::StoredDataInvalid,
             BenchError::Sim(_)
             | BenchError::NoObject { .. }
+            | BenchError::NoObjects { .. }
+            | BenchError::OneObject { .. }
             | BenchError::Unsuitable { .. }
             | BenchError::OtherData { .. }
             | BenchError::NoPicture { .. }

@@ -25,6 +25,24 @@ fn wrong_arguments_end_with_2_and_help() {
 }
 
 #[test]
+fn a_misspelt_command_before_a_scene_is_hinted_at() {
+    let output = bench(&["datset", "scenes/tabletop.yaml", "--out", "nowhere"]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("`bench --help` lists the commands"), "{message}");
+}
+
+#[test]
+fn numbers_of_seeds_out_of_range_are_told_the_range() {
+    for (number, command) in [("0", "check"), ("-1", "check"), ("-1", "dataset")] {
+        let output = bench(&[command, "scenes/tabletop.yaml", "--seeds", number]);
+        assert_eq!(output.status.code(), Some(2));
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains(&format!("{number} is not in 1..=")), "{message}");
+    }
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn a_full_standard_output_ends_with_6() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();

@@ -99,6 +99,34 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert!(scene.path("figures/latents.png").exists());
 }
 
+#[test]
+fn an_import_tells_what_it_lacks_and_leaves_nothing_where_it_finds_nothing() {
+    let scene = turntable();
+    dataset(&scene, "bigbird", "2").expect(0, &[]);
+    let root = scene.path("d/bigbird");
+    let manifest = verify_layout(&root).unwrap();
+    let [whole, other] = [0, 1].map(|i| root.join(&manifest.shards[i].name));
+    let import = |folder: &Path| {
+        Finished::of(bench().args(["import", "bigbird"]).arg(folder).arg("--out").arg(scene.path("views")))
+    };
+    fs::remove_file(other.join("calibration.h5")).unwrap();
+    fs::rename(whole.join("masks"), whole.join("aside")).unwrap();
+    import(&root).expect(4, &[&format!("left out: {}: no calibration.h5", other.display())]);
+    assert_eq!(fs::read_dir(scene.path("views")).unwrap().count(), 0);
+    fs::rename(whole.join("aside"), whole.join("masks")).unwrap();
+    import(&root).expect(0, &["no calibration.h5"]);
+    assert_eq!(read_views(&scene.path("views")).unwrap().instances.len(), 1);
+
+    let refused = |folder: &Path, words: &str| {
+        fs::remove_dir_all(scene.path("views")).unwrap();
+        let finished = import(folder);
+        finished.expect(2, &[words]);
+        assert!(!finished.stderr.contains("--objects"), "{finished:#?}");
+    };
+    refused(&whole, "name the folder above it");
+    refused(&scene.path("d"), "holds no object, that is, no folder with a calibration.h5");
+}
+
 fn apartment(more: &[(&str, &str)]) -> SmallScene {
     let changes = [
         (CIRCLE, "grid: { spacing: 0.3, headings: 12, clearance: 0.35 }"),

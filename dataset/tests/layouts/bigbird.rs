@@ -2,7 +2,7 @@ use crate::balls::{Ball, capture, looking};
 use crate::{files, truncate};
 use nalgebra::{Point3, Vector3};
 use std::path::{Path, PathBuf};
-use vantage_dataset::layout::bigbird::{BigBirdWriter, object_folders, read_objects};
+use vantage_dataset::layout::bigbird::{BigBirdWriter, object_folders, read_objects, uncalibrated_folders};
 use vantage_dataset::layout::{ImportError, ImportReport};
 use vantage_dataset::store::{Provenance, StoreError, read_views, write_views};
 use vantage_dataset::window::{Labelled, Window, cut};
@@ -130,6 +130,7 @@ fn what_is_missing_is_left_out_and_told() {
     .unwrap();
     truncate(&folder.join("masks/NP5_90_mask.pbm"), 0.5);
     truncate(&folder.join("poses/NP5_180_pose.h5"), 0.5);
+    truncate(&folder.join("NP4_270.jpg"), 0.5);
     truncate(&folder.join("NP5_270.jpg"), 0.01);
     let (set, report) = read(&folder).unwrap();
     let told: Vec<(String, &str)> = report
@@ -147,13 +148,30 @@ fn what_is_missing_is_left_out_and_told() {
         "masks/NP4_90_mask.pbm",
         "masks/NP5_90_mask.pbm",
         "poses/NP5_180_pose.h5",
+        "NP4_270.jpg",
         "NP5_270.jpg",
     ];
     assert_eq!(files, expected, "{told:?}");
     assert_eq!(told[1].1, "no image");
     assert_eq!(told[2].1, "the mask is empty");
-    assert_eq!(told[3].1, "the mask is that of the background");
-    assert_eq!(set.views.len(), 40 - 6 - 5);
+    assert_eq!(told[3].1, "the mask is that of the background, or the object is too near");
+    assert!(told[6].1.contains("cut short"), "{}", told[6].1);
+    assert_eq!(set.views.len(), 40 - 7 - 5);
+}
+
+#[test]
+fn folders_of_objects_without_a_calibration_are_found_and_others_are_not() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = export(root.path());
+    for other in ["papers", "masked/masks", "shown", "thumbnails"] {
+        std::fs::create_dir_all(root.path().join(other)).unwrap();
+    }
+    std::fs::copy(folder.join("NP1_0.jpg"), root.path().join("shown/NP1_0.jpg")).unwrap();
+    std::fs::copy(folder.join("NP1_0.jpg"), root.path().join("thumbnails/one.jpg")).unwrap();
+    let found = uncalibrated_folders(root.path()).unwrap();
+    assert_eq!(found, ["masked", "shown"].map(|name| root.path().join(name)));
+    std::fs::remove_file(folder.join("calibration.h5")).unwrap();
+    assert!(uncalibrated_folders(root.path()).unwrap().contains(&folder));
 }
 
 #[test]
@@ -169,7 +187,9 @@ fn inverted_masks_are_refused() {
     }
     let (field, message) = problem(&folder);
     assert_eq!(field, "polarity");
-    assert!(message.contains("in 40 of 40") && message.contains("invert the masks"), "{message}");
+    for words in ["in 40 of 40", "invert the masks", "too near"] {
+        assert!(message.contains(words), "{message}");
+    }
 }
 
 #[test]

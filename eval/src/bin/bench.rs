@@ -1,13 +1,12 @@
 //! `bench`: parse, run, and end with the documented exit code.
 
-use clap::Parser;
 use std::process::ExitCode;
 use vantage_eval::cli::Cli;
 use vantage_eval::exit::end;
 use vantage_eval::run::run;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::of_process();
     let (exit, message) = end(|| run(&cli, &mut std::io::stdout().lock()));
     if let Some(message) = message {
         eprintln!("{message}");

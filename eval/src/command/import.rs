@@ -6,12 +6,11 @@ use crate::exit::Exit;
 use crate::output::OutputFolder;
 use crate::progress::Progress;
 use std::io::Write;
-use std::path::Path;
 use vantage_dataset::layout::avd::read_scan;
-use vantage_dataset::layout::bigbird::{object_folders, read_objects};
+use vantage_dataset::layout::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};
 use vantage_dataset::layout::{ImportReport, Skipped};
 use vantage_dataset::store::{Provenance, write_episode, write_views};
-use vantage_dataset::{ObjectTruth, Split, episode_views};
+use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet, episode_views};
 
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
@@ -38,9 +37,9 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     }
     let source = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let provenance = Provenance::from([("imported".to_owned(), source.into())]);
-    let (report, what) = match args.layout {
-        ImportLayout::Bigbird => bigbird(args, out.path(), provenance)?,
-        ImportLayout::Avd => avd(args, out.path(), provenance)?,
+    let (data, report) = match args.layout {
+        ImportLayout::Bigbird => bigbird(args)?,
+        ImportLayout::Avd => avd(args)?,
     };
     for skipped in report.skipped.iter().take(TOLD) {
         progress.note(&format!("left out: {skipped}"));
@@ -48,39 +47,57 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     if report.skipped.len() > TOLD {
         progress.note(&format!("left out: {} more", report.skipped.len() - TOLD));
     }
+    if report.views == 0 {
+        writeln!(stdout, "nothing to import in {}: nothing was written", args.source.display())?;
+        return Ok(Exit::NothingEvaluated);
+    }
+    let what = match &data {
+        Imported::Views(set) => {
+            write_views(out.path(), set, provenance)?;
+            format!("views of {} objects", set.instances.len())
+        }
+        Imported::Episode(episode) => {
+            write_episode(out.path(), episode, provenance)?;
+            format!("detections in {} images", episode.observations.steps())
+        }
+    };
     writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;
-    Ok(if report.views == 0 { Exit::NothingEvaluated } else { Exit::Success })
+    Ok(Exit::Success)
 }
 
-fn bigbird(
-    args: &ImportArgs,
-    out: &Path,
-    provenance: Provenance,
-) -> Result<(ImportReport, String), BenchError> {
+/// What was read, to be written.
+enum Imported {
+    Views(ViewSet),
+    Episode(Box<Episode>),
+}
+
+fn bigbird(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     let mut folders = object_folders(&args.source)?;
     if folders.is_empty() {
-        let missing = "no object".to_owned();
-        return Err(BenchError::NoObject { missing, folder: args.source.clone() });
+        let folder = args.source.clone();
+        let one = is_object(&folder);
+        return Err(if one { BenchError::OneObject { folder } } else { BenchError::NoObjects { folder } });
     }
     all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
     folders
         .retain(|folder| args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name)));
-    let (set, report) = read_objects(&folders, split(args), &|_| true)?;
-    write_views(out, &set, provenance)?;
-    Ok((report, format!("views of {} objects", set.instances.len())))
+    let (set, mut report) = read_objects(&folders, split(args), &|_| true)?;
+    if args.objects.is_empty() {
+        let uncalibrated = uncalibrated_folders(&args.source)?.into_iter();
+        let told = uncalibrated.map(|file| Skipped { file, reason: "no calibration.h5".to_owned() });
+        report.skipped.splice(..0, told);
+    }
+    Ok((Imported::Views(set), report))
 }
 
-fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportReport, String), BenchError> {
+fn avd(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     let scan = read_scan(&args.source)?;
     if !args.views {
-        write_episode(out, &scan.episode, provenance)?;
-        let steps = scan.episode.observations.steps();
-        return Ok((scan.report, format!("detections in {steps} images")));
+        return Ok((Imported::Episode(Box::new(scan.episode)), scan.report));
     }
     all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
     let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
     let set = episode_views(&scan.episode, split(args), &takes);
-    write_views(out, &set, provenance)?;
     let mut report = ImportReport { views: set.views.len(), ..scan.report };
     for object in scan.episode.truth.objects.iter().filter(|object| takes(object)) {
         if !set.instances.iter().any(|instance| instance.id == object.instance) {
@@ -88,7 +105,7 @@ fn avd(args: &ImportArgs, out: &Path, provenance: Provenance) -> Result<(ImportR
             report.skipped.push(Skipped { file: args.source.clone(), reason });
         }
     }
-    Ok((report, format!("views of {} objects", set.instances.len())))
+    Ok((Imported::Views(set), report))
 }
 
 fn split(args: &ImportArgs) -> Split {
@@ -99,8 +116,8 @@ fn split(args: &ImportArgs) -> Split {
 fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), BenchError> {
     match args.objects.iter().find(|name| !known(name)) {
         Some(name) => {
-            let missing = format!("no object {name}");
-            Err(BenchError::NoObject { missing, folder: args.source.clone() })
+            let (name, folder) = (name.clone(), args.source.clone());
+            Err(BenchError::NoObject { name, folder })
         }
         None => Ok(()),
     }

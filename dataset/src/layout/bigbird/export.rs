@@ -3,7 +3,7 @@
 use super::calibration::{self, Calibrated};
 use super::name::ImageName;
 use super::table::{write_axis, write_pose};
-use super::{CAMERAS, REFERENCE};
+use super::{CALIBRATION, CAMERAS, REFERENCE};
 use crate::layout::hdf5::write_image;
 use crate::layout::picture::{write_jpeg, write_pbm};
 use crate::layout::{make_empty, object_name};
@@ -107,7 +107,7 @@ impl BigBirdWriter {
             let camera_from_reference = transforms[index]?;
             Some(Calibrated { camera_from_reference, color, depth: depth_camera(&color) })
         });
-        calibration::write(&self.folder.join("calibration.h5"), &cameras)
+        calibration::write(&self.folder.join(CALIBRATION), &cameras)
     }
 
     fn unfit(&self, name: ImageName, field: &str, got: impl ToString, expected: &str) -> StoreError {

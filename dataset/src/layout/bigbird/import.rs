@@ -1,5 +1,6 @@
 //! Reads objects of BigBIRD as views with known viewpoints.
 
+use super::CALIBRATION;
 use super::calibration::{RigCamera, read_camera};
 use super::name::{self, ImageName};
 use super::silhouette::{OBJECT, Silhouette, Unfit};
@@ -21,7 +22,24 @@ const RADIUS_QUANTILE: f64 = 0.95;
 /// The folders of objects in `root`, sorted: those with a `calibration.h5`.
 pub fn object_folders(root: &Path) -> Result<Vec<PathBuf>, ImportError> {
     let folders = names_in(root)?.into_iter().map(|name| root.join(name));
-    Ok(folders.filter(|folder| folder.join("calibration.h5").is_file()).collect())
+    Ok(folders.filter(|folder| folder.join(CALIBRATION).is_file()).collect())
+}
+
+/// The folders of objects in `root`, sorted, that have no `calibration.h5`.
+pub fn uncalibrated_folders(root: &Path) -> Result<Vec<PathBuf>, ImportError> {
+    let folders = names_in(root)?.into_iter().map(|name| root.join(name));
+    Ok(folders.filter(|folder| is_object(folder) && !folder.join(CALIBRATION).is_file()).collect())
+}
+
+/// Whether a folder holds a calibration, images, masks or poses of an object; one that cannot be read does not.
+pub fn is_object(folder: &Path) -> bool {
+    folder.join(CALIBRATION).is_file()
+        || ["masks", "poses"].iter().any(|part| folder.join(part).is_dir())
+        || images_in(folder).is_ok_and(|images| !images.is_empty())
+}
+
+fn images_in(folder: &Path) -> Result<BTreeSet<ImageName>, ImportError> {
+    Ok(names_in(folder)?.iter().filter_map(|file| ImageName::parse(file)).collect())
 }
 
 /// Reads the views of objects, one folder each, of the angles (degrees) that `takes_angle` says.
@@ -99,13 +117,12 @@ fn sightings(
     takes_angle: &dyn Fn(u32) -> bool,
     report: &mut ImportReport,
 ) -> Result<Vec<Sighting>, ImportError> {
-    let images: BTreeSet<ImageName> =
-        names_in(folder)?.iter().filter_map(|file| ImageName::parse(file)).collect();
+    let images = images_in(folder)?;
     if images.is_empty() {
         let expected = "NP1_0.jpg and others";
         return Err(ImportError::invalid(folder, "images", "none", expected, "name a folder of one object"));
     }
-    let calibration = Hdf5::open(&folder.join("calibration.h5"))?;
+    let calibration = Hdf5::open(&folder.join(CALIBRATION))?;
     let cameras: BTreeSet<usize> = images.iter().map(|image| image.camera).collect();
     let mut rig = BTreeMap::new();
     for &camera in &cameras {
@@ -148,7 +165,8 @@ fn sightings(
         let masks = inverted + sightings.len();
         let got =
             format!("an object that fills the image or touches all its borders, in {inverted} of {masks}");
-        let remedy = "invert the masks: the object must be 0 when decoded, the background not";
+        let remedy = "invert the masks if the background is 0 when decoded, and not the object, or else leave out this \
+                      object, which is too near";
         return Err(ImportError::invalid(
             &folder.join("masks"),
             "polarity",
@@ -171,7 +189,7 @@ impl Unfit {
     fn reason(self) -> &'static str {
         match self {
             Self::Empty => "the mask is empty",
-            Self::Inverted => "the mask is that of the background",
+            Self::Inverted => "the mask is that of the background, or the object is too near",
             Self::CutOff => "the object is cut off by the image's border",
         }
     }

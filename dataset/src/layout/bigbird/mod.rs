@@ -20,11 +20,13 @@ mod silhouette;
 mod table;
 
 pub use export::BigBirdWriter;
-pub use import::{object_folders, read_objects};
+pub use import::{is_object, object_folders, read_objects, uncalibrated_folders};
 
 /// Cameras of the rig.
 pub const CAMERAS: usize = 5;
 /// The camera that poses are given of.
 pub const REFERENCE: usize = 5;
+/// File of an object's folder, without which its images have no camera.
+const CALIBRATION: &str = "calibration.h5";
 /// OpenCV, which calibrated the rig, puts the centre of the first pixel at 0; here it is at 0.5.
 const PIXEL_CENTER: f64 = 0.5;

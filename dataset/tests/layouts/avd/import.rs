@@ -55,6 +55,18 @@ fn odd_annotations_are_left_out_and_told() {
 }
 
 #[test]
+fn images_that_are_cut_short_are_left_out_and_told() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = export(root.path());
+    let whole = read_scan(&folder).unwrap();
+    let first = whole.episode.observations.detections[0].step;
+    truncate(&folder.join("jpg_rgb").join(&whole.images[first]), 0.5);
+    let scan = read_scan(&folder).unwrap();
+    assert_eq!(told(&scan, "cut short").len(), 1);
+    assert!(scan.report.views < whole.report.views);
+}
+
+#[test]
 fn without_depth_objects_are_placed_by_rays() {
     let root = tempfile::tempdir().unwrap();
     let folder = export(root.path());
