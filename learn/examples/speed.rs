@@ -81,7 +81,9 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
 fn ran_batches(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     // The kernels that the library chooses.
     #[cfg(target_arch = "x86_64")]
-    tract_onnx::tract_core::tract_linalg::knobs::TRACT_CPU_ISA.set(Some("-avx512f".into()));
+    if !std::arch::is_x86_feature_detected!("avxvnni") {
+        tract_onnx::tract_core::tract_linalg::knobs::TRACT_CPU_ISA.set(Some("-avx512f".into()));
+    }
     let mut graphs =
         std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     graphs.retain(|path| path.extension().is_some_and(|extension| extension == "onnx"));

@@ -7,6 +7,8 @@ pub(crate) mod error;
 pub(crate) mod graph;
 #[cfg(target_arch = "x86_64")]
 mod kernels;
+#[cfg(target_arch = "x86_64")]
+mod routines;
 mod stored;
 
 use std::ops::RangeInclusive;
