@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Camera, Pose, Seed, Split, View};
 use vantage_sim::object::Catalog;
-use vantage_sim::observer::Observer;
+use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::choice::open;
 use vantage_sim::render::{Renderer, Shot};
 use vantage_sim::rollout::{Rollout, roll_out};
@@ -126,21 +126,28 @@ fn pictures(
     };
     let mut panels = vec![(caption.to_owned(), world)];
     let mut observer = Observer::new(scene, rollout);
+    let objects = observer.targets().len();
+    let of_objects =
+        |look: &Look| look.detections.iter().filter(|(detection, _)| detection.track < objects).count();
     for third in 0..FRAMES {
         let mut step = candidate(third, 0, rollout.steps());
         let mut look = observer.look(step, renderer)?;
         for number in 1..CANDIDATES {
             let at = candidate(third, number, rollout.steps());
             let other = observer.look(at, renderer)?;
-            if other.detections.len() > look.detections.len() {
+            if of_objects(&other) > of_objects(&look) {
                 (step, look) = (at, other);
             }
         }
-        let (steps, found) = (rollout.steps(), look.detections.len());
-        let caption = format!("step {step}, 0 to {}; detections, yellow: {found}", steps - 1);
+        let (last, found) = (rollout.steps() - 1, of_objects(&look));
+        let nothing = look.detections.len() - found;
+        let mut caption = format!("step {step}, 0 to {last}; detections, yellow: {found}");
+        if nothing > 0 {
+            caption += &format!("; of nothing, cyan: {nothing}");
+        }
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
         for (detection, _) in &look.detections {
-            panel.outline(&detection.bounding_box);
+            panel.outline(&detection.bounding_box, detection.track >= objects);
         }
         panels.push((caption, panel));
     }

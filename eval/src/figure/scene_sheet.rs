@@ -7,6 +7,7 @@ use vantage_dataset::BoundingBox;
 
 const FIGURE: &str = "scene sheet";
 const BOX: Rgb<u8> = Rgb([255, 255, 0]);
+const BOX_OF_NOTHING: Rgb<u8> = Rgb([0, 255, 255]);
 const PATH: Rgb<u8> = Rgb([255, 0, 0]);
 /// Half the width of a path, pixels.
 const PEN: i64 = 1;
@@ -34,17 +35,18 @@ impl Panel {
         Ok(Self { image })
     }
 
-    /// Draws the outline of a box, pixels; what lies outside is left out.
-    pub fn outline(&mut self, bounds: &BoundingBox) {
+    /// Draws the outline of a detection's box, pixels, in another colour where nothing was seen; what lies outside is left out.
+    pub fn outline(&mut self, bounds: &BoundingBox, of_nothing: bool) {
+        let hue = if of_nothing { BOX_OF_NOTHING } else { BOX };
         let (left, top) = (bounds.min.x as i64, bounds.min.y as i64);
         let (right, bottom) = (bounds.max.x as i64 - 1, bounds.max.y as i64 - 1);
         for x in left..=right {
-            self.dot(x, top, BOX);
-            self.dot(x, bottom, BOX);
+            self.dot(x, top, hue);
+            self.dot(x, bottom, hue);
         }
         for y in top..=bottom {
-            self.dot(left, y, BOX);
-            self.dot(right, y, BOX);
+            self.dot(left, y, hue);
+            self.dot(right, y, hue);
         }
     }
 
@@ -122,10 +124,12 @@ mod tests {
     #[test]
     fn boxes_and_paths_are_drawn_as_far_as_they_are_inside() {
         let mut panel = black(8, 8);
-        panel.outline(&BoundingBox { min: Vector2::new(2.0, 3.0), max: Vector2::new(20.0, 6.0) });
+        panel.outline(&BoundingBox { min: Vector2::new(2.0, 3.0), max: Vector2::new(20.0, 6.0) }, false);
         assert_eq!(panel.image.get_pixel(2, 3), &BOX);
         assert_eq!(panel.image.get_pixel(7, 5), &BOX);
         assert_eq!(panel.image.get_pixel(4, 4), &Rgb([0, 0, 0]));
+        panel.outline(&BoundingBox { min: Vector2::new(0.0, 0.0), max: Vector2::new(2.0, 2.0) }, true);
+        assert_eq!(panel.image.get_pixel(1, 1), &BOX_OF_NOTHING);
         panel.path(&[[-5.0, 7.0], [5.0, 7.0]]);
         assert_eq!(panel.image.get_pixel(0, 7), &PATH);
         assert_eq!(panel.image.get_pixel(7, 7), &Rgb([0, 0, 0]));

@@ -26,8 +26,8 @@ const KERNELS: [Kernel; 8] = [
     kernel("fma_mmm_f32_8x8", [8, 8], 1.14),
     kernel("fma_mmm_f32_32x3", [32, 3], 1.05),
     kernel("fma_mmm_f32_40x2", [40, 2], 1.1),
-    kernel("fma_mmm_f32_64x1", [64, 1], 2.0),
-    kernel("fma_mmm_f32_32x1", [32, 1], 2.6),
+    kernel("fma_mmm_f32_64x1", [64, 1], 1.6),
+    kernel("fma_mmm_f32_32x1", [32, 1], 2.1),
 ];
 
 /// How much longer the first kernel may take than another: products of one matrix with several share its packing where their
