@@ -129,13 +129,14 @@ fn pictures(
     let objects = observer.targets().len();
     let of_objects =
         |look: &Look| look.detections.iter().filter(|(detection, _)| detection.track < objects).count();
+    let fullness = |look: &Look| (of_objects(look), look.detections.len());
     for third in 0..FRAMES {
         let mut step = candidate(third, 0, rollout.steps());
         let mut look = observer.look(step, renderer)?;
         for number in 1..CANDIDATES {
             let at = candidate(third, number, rollout.steps());
             let other = observer.look(at, renderer)?;
-            if of_objects(&other) > of_objects(&look) {
+            if fullness(&other) > fullness(&look) {
                 (step, look) = (at, other);
             }
         }
