@@ -207,8 +207,11 @@ def compare(speed, model, batched, rounds):
             for stage, milliseconds in mine.items():
                 ours[stage, threads].append(milliseconds)
                 peers[stage, threads].append(theirs[stage])
-        for batch, command, graphs in ((1, "run", model), (BATCH, "run-batches", batched)):
-            mine = lines([speed, command, str(graphs)], 1)
+        for batch, command, graphs in (
+            (1, ["run", str(model)], model),
+            (BATCH, ["run-batches", str(model), str(batched)], batched),
+        ):
+            mine = lines([speed, *command], 1)
             theirs = lines([sys.executable, __file__, "onnxruntime", str(graphs)], 1)
             for graph, microseconds in mine.items():
                 ours[f"{graph} | {batch}"].append(microseconds)

@@ -1,8 +1,8 @@
 //! How fast the default networks train, and how fast tract runs a model's graphs: see `benches/peers.sh`.
 //!
 //! `speed train` prints a line for each stage: its name, milliseconds a step. `speed run MODEL` prints one for each graph: its
-//! name, microseconds a run. `speed run-batches FOLDER` does so for the graphs of a folder, of any batch, which the library
-//! would not run. `RAYON_NUM_THREADS` sets the number of threads.
+//! name, microseconds a run. `speed run-batches MODEL FOLDER` does so for the graphs of a folder, of any batch, which the library
+//! would not run, by the kernels that it chooses as it loads a model. `RAYON_NUM_THREADS` sets the number of threads.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["train"] => trained(),
         ["run", model] => ran(Path::new(model)),
-        ["run-batches", folder] => ran_batches(Path::new(folder)),
-        _ => Err("usage: speed train | speed run MODEL | speed run-batches FOLDER".into()),
+        ["run-batches", model, folder] => ran_batches(Path::new(model), Path::new(folder)),
+        _ => Err("usage: speed train | speed run MODEL | speed run-batches MODEL FOLDER".into()),
     }
 }
 
@@ -78,12 +78,8 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn ran_batches(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    // The kernels that the library chooses.
-    #[cfg(target_arch = "x86_64")]
-    if !std::arch::is_x86_feature_detected!("avxvnni") {
-        tract_onnx::tract_core::tract_linalg::knobs::TRACT_CPU_ISA.set(Some("-avx512f".into()));
-    }
+fn ran_batches(model: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    ViewpointModel::load(model)?;
     let mut graphs =
         std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     graphs.retain(|path| path.extension().is_some_and(|extension| extension == "onnx"));

@@ -211,6 +211,38 @@ fn runs_beside_each_other_have_the_same_bits() {
     });
 }
 
+/// Changes with the committed model, and with nothing else.
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn the_committed_model_has_the_same_bits_on_every_processor() {
+    use std::arch::is_x86_feature_detected as detected;
+
+    if !(detected!("avx2") && detected!("fma") && detected!("f16c")) {
+        return println!("skipped: other kernels than those of AVX2");
+    }
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/objects");
+    let model = ViewpointModel::load(&folder).unwrap();
+    let mut crop = Crop::black();
+    crop.0.iter_mut().enumerate().for_each(|(i, byte)| *byte = (i * i % 251) as u8);
+    let viewpoint =
+        Viewpoint { direction: nalgebra::Vector3::new(0.6, 0.64, 0.48), roll: 0.1, log_distance: 0.5 };
+    let latent = model.encode(&crop, &viewpoint).unwrap();
+    let x = viewpoint.conditioning();
+    let at = model.linearize(&latent.mean, &x).unwrap();
+    let measurement = model.measure(&crop).unwrap();
+    let predicted = model.predict(&latent.mean, &x).unwrap();
+    let vectors = [&latent.mean, &latent.variance, &measurement, &predicted, &at.measurement];
+    let mut hash = blake3::Hasher::new();
+    for number in vectors.into_iter().flatten().chain(&at.d_latent).chain(&at.d_conditioning) {
+        hash.update(&number.to_le_bytes());
+    }
+    hash.update(&*model.reconstruct(&latent.mean, &x).unwrap().0);
+    assert_eq!(
+        hash.finalize().to_hex().as_str(),
+        "14bffb39c1a2fa6f850fb4138c591fe9dd858c4825e935c2170dd985cda28e01"
+    );
+}
+
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn the_environment_has_no_say_in_the_instructions_that_models_run_by() {

@@ -152,6 +152,21 @@ fn other_operators_are_refused() {
 }
 
 #[test]
+fn what_rounds_otherwise_from_processor_to_processor_is_refused() {
+    for (role, operator, refused) in [
+        (Role::Image, "Cast", "Cast to FLOAT16"),
+        (Role::Measurement, "LeakyRelu", "LeakyRelu of a negative slope"),
+    ] {
+        let error = changed(role, |model| {
+            let nodes = &mut model.graph.as_mut().unwrap().node;
+            let node = nodes.iter_mut().find(|node| node.op_type == operator).unwrap();
+            (node.attribute[0].i, node.attribute[0].f) = (10, -0.5);
+        });
+        assert!(matches!(&error, GraphError::Operator { operator, .. } if operator == refused), "{error}");
+    }
+}
+
+#[test]
 fn other_shapes_are_refused() {
     let error = changed(Role::Encoder, |model| model.graph.as_mut().unwrap().initializer[2].dims[0] += 1);
     assert!(matches!(error, GraphError::WeightSize { .. }), "{error}");

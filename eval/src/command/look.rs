@@ -4,7 +4,7 @@ use super::placed;
 use crate::cli::LookArgs;
 use crate::error::BenchError;
 use crate::exit::Exit;
-use crate::figure::scene_sheet::{Panel, SceneSheet};
+use crate::figure::scene_sheet::{BOX, BOX_OF_NOTHING, Panel, SceneSheet};
 use crate::output::OutputFolder;
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
@@ -148,7 +148,8 @@ fn pictures(
         }
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
         for (detection, _) in &look.detections {
-            panel.outline(&detection.bounding_box, detection.track >= objects);
+            let hue = if detection.track < objects { BOX } else { BOX_OF_NOTHING };
+            panel.outline(&detection.bounding_box, hue);
         }
         panels.push((caption, panel));
     }

@@ -6,8 +6,10 @@ use image::{Rgb, RgbImage, imageops};
 use vantage_dataset::BoundingBox;
 
 const FIGURE: &str = "scene sheet";
-const BOX: Rgb<u8> = Rgb([255, 255, 0]);
-const BOX_OF_NOTHING: Rgb<u8> = Rgb([0, 255, 255]);
+/// Of a detection's box.
+pub const BOX: Rgb<u8> = Rgb([255, 255, 0]);
+/// Of the box of a detection of nothing.
+pub const BOX_OF_NOTHING: Rgb<u8> = Rgb([0, 255, 255]);
 const PATH: Rgb<u8> = Rgb([255, 0, 0]);
 /// Half the width of a path, pixels.
 const PEN: i64 = 1;
@@ -35,9 +37,8 @@ impl Panel {
         Ok(Self { image })
     }
 
-    /// Draws the outline of a detection's box, pixels, in another colour where nothing was seen; what lies outside is left out.
-    pub fn outline(&mut self, bounds: &BoundingBox, of_nothing: bool) {
-        let hue = if of_nothing { BOX_OF_NOTHING } else { BOX };
+    /// Draws the outline of a box, pixels; what lies outside is left out.
+    pub fn outline(&mut self, bounds: &BoundingBox, hue: Rgb<u8>) {
         let (left, top) = (bounds.min.x as i64, bounds.min.y as i64);
         let (right, bottom) = (bounds.max.x as i64 - 1, bounds.max.y as i64 - 1);
         for x in left..=right {
@@ -124,11 +125,14 @@ mod tests {
     #[test]
     fn boxes_and_paths_are_drawn_as_far_as_they_are_inside() {
         let mut panel = black(8, 8);
-        panel.outline(&BoundingBox { min: Vector2::new(2.0, 3.0), max: Vector2::new(20.0, 6.0) }, false);
+        panel.outline(&BoundingBox { min: Vector2::new(2.0, 3.0), max: Vector2::new(20.0, 6.0) }, BOX);
         assert_eq!(panel.image.get_pixel(2, 3), &BOX);
         assert_eq!(panel.image.get_pixel(7, 5), &BOX);
         assert_eq!(panel.image.get_pixel(4, 4), &Rgb([0, 0, 0]));
-        panel.outline(&BoundingBox { min: Vector2::new(0.0, 0.0), max: Vector2::new(2.0, 2.0) }, true);
+        panel.outline(
+            &BoundingBox { min: Vector2::new(0.0, 0.0), max: Vector2::new(2.0, 2.0) },
+            BOX_OF_NOTHING,
+        );
         assert_eq!(panel.image.get_pixel(1, 1), &BOX_OF_NOTHING);
         panel.path(&[[-5.0, 7.0], [5.0, 7.0]]);
         assert_eq!(panel.image.get_pixel(0, 7), &PATH);

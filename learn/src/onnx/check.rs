@@ -62,6 +62,9 @@ fn check_node(node: &NodeProto) -> Result<(), GraphError> {
         let prefix = if standard { String::new() } else { format!("{}.", node.domain) };
         return Err(GraphError::Operator { node: node.name.clone(), operator: prefix + &node.op_type });
     }
+    if let Some(form) = rounded_otherwise(node) {
+        return Err(GraphError::Operator { node: node.name.clone(), operator: form.into() });
+    }
     let constant = node.op_type == "Constant";
     for attribute in &node.attribute {
         match &attribute.t {
@@ -81,6 +84,20 @@ fn check_node(node: &NodeProto) -> Result<(), GraphError> {
         }
     }
     Ok(())
+}
+
+/// Forms of operators of which tract makes other bits on one processor than on another.
+fn rounded_otherwise(node: &NodeProto) -> Option<&'static str> {
+    let any = |name: &str, bad: fn(&AttributeProto) -> bool| {
+        node.attribute.iter().any(|attribute| attribute.name == name && bad(attribute))
+    };
+    match node.op_type.as_str() {
+        "Cast" if any("to", |to| to.i == i64::from(DataType::Float16 as i32)) => Some("Cast to FLOAT16"),
+        "LeakyRelu" if any("alpha", |alpha| alpha.f.is_sign_negative()) => {
+            Some("LeakyRelu of a negative slope")
+        }
+        _ => None,
+    }
 }
 
 fn nested(a: &AttributeProto) -> bool {

@@ -6,6 +6,7 @@ use super::error::GraphError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tract_onnx::prelude::*;
+use tract_onnx::tract_core::knobs;
 use tract_onnx::tract_core::model::typed::TypedSimpleState;
 use vantage_dataset::widest::widest;
 
@@ -15,6 +16,14 @@ const LARGEST_INPUT: f32 = 1e6;
 
 /// Numbers of the largest tensor within a graph: 64 MiB of `f32`.
 const LARGEST_TENSOR: usize = 16 << 20;
+
+/// Ways of computing that round otherwise, which the environment could ask tract for.
+const OTHER_WAYS: [&str; 4] = [
+    "TRACT_AVGPOOL_SEPARABLE",
+    "TRACT_DISABLE_DEPTHWISE_DECONV",
+    "TRACT_DISABLE_DIRECT_SPATIAL",
+    "TRACT_ENABLE_BLOCKED_CONV",
+];
 
 /// A graph of fixed shapes, optimised by tract.
 pub(crate) struct Graph {
@@ -31,6 +40,9 @@ impl Graph {
         let refused = |reason: String| GraphError::Refused { reason };
         #[cfg(target_arch = "x86_64")]
         super::kernels::choose_kernels();
+        for way in OTHER_WAYS {
+            knobs::set_str(way, "false");
+        }
         let typed = || tract_onnx::onnx().model_for_proto_model(&model)?.into_typed();
         let typed = contained(typed).map_err(refused)?;
         check_tensors(&typed)?;

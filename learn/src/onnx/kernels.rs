@@ -1,5 +1,5 @@
-//! Which of tract's kernels multiply matrices on x86-64. All that are named here add the products of a number in the same order,
-//! fused, so that results have the same bits whichever are taken; tract has another, for AVX-512, that adds them in four sums.
+//! Which of tract's kernels multiply matrices on x86-64. All that are named here add the products that make one number of the
+//! result in the same order, fused, so that it has the same bits whichever are taken; `avx512_mmm_f32_16x1` adds them in four sums.
 
 use tract_onnx::prelude::DatumType;
 use tract_onnx::tract_core::tract_linalg::isa::{Arch, Isa, IsaSet};
@@ -59,8 +59,8 @@ fn fastest(isa: &IsaSet, rows: usize, columns: usize) -> &'static str {
     if cost(first) <= PATIENCE * cost(least) { first.name } else { least.name }
 }
 
-/// Lets tract use AVX-512 where it is fast: on processors that also have AVX-VNNI, which came later, as a rule of full width. What
-/// the environment says of instructions does not count.
+/// Lets tract use AVX-512 where it is fast: on processors that also have AVX-VNNI, which newer ones have, as a rule with units of
+/// full width. What the environment says of instructions does not count. Where tract has chosen before, only speed differs.
 pub(super) fn choose_kernels() {
     let fast = std::arch::is_x86_feature_detected!("avxvnni");
     TRACT_CPU_ISA.set(Some(if fast { "-avx512fp16" } else { "-avx512f,-avx512fp16" }.into()));
@@ -69,8 +69,8 @@ pub(super) fn choose_kernels() {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tract_onnx::tract_core::tract_linalg::MmmDispatch;
     use tract_onnx::tract_core::tract_linalg::mmm::Query;
+    use tract_onnx::tract_core::tract_linalg::{MmmDispatch, isa};
 
     fn avx2() -> IsaSet {
         [Isa::X86_64Avx, Isa::X86_64Avx2, Isa::X86_64Fma, Isa::X86_64F16c]
@@ -110,8 +110,9 @@ mod tests {
         use crate::onnx::{Signature, TensorSpec};
 
         const INNER: usize = 77;
-        if !std::arch::is_x86_feature_detected!("fma") {
-            return println!("skipped: no fused products");
+        choose_kernels();
+        if !avx2().iter().all(|isa| isa::native().has(isa)) {
+            return println!("skipped: no AVX2 with fused products");
         }
         for (rows, columns) in
             [(1, 96), (1, 256), (2, 40), (3, 64), (4, 7), (5, 24), (9, 20), (16, 130), (32, 256), (50, 34)]

@@ -1,5 +1,5 @@
-//! What else tract computes by kernels of its own on x86-64, where those for AVX-512 round otherwise than those that every processor
-//! with AVX2 runs: the latter are taken everywhere, so that results have the same bits.
+//! What else tract computes by kernels of its own on x86-64, where those for AVX-512 round otherwise: what a processor without it
+//! would take is taken everywhere, so that results have the same bits.
 
 use std::sync::LazyLock;
 use tract_onnx::prelude::DatumType;
@@ -7,14 +7,14 @@ use tract_onnx::tract_core::tract_linalg::Func;
 use tract_onnx::tract_core::tract_linalg::isa::{Arch, Isa, IsaReq, native};
 use tract_onnx::tract_core::tract_linalg::routines::{Routine, RoutineFactory, best_for};
 
-/// Beyond the steps that tract sees between AVX-512 and less.
+/// More than any step of tract's ladder, which are at most 50.
 const PREFERRED: isize = 1000;
 
 /// The best one without AVX-512, sought once: tract asks at every node.
 macro_rules! narrow {
     ($function:ident, $numbers:ident) => {{
         static BEST: LazyLock<&RoutineFactory> = LazyLock::new(|| {
-            let isa = native().without(Isa::X86_64Avx512f);
+            let isa = native().without(Isa::X86_64Avx512f).without(Isa::X86_64Avx512Fp16);
             let best = best_for(Func::$function, DatumType::$numbers, &isa);
             &best.expect("tract has each function in plain Rust").factory
         });
@@ -68,13 +68,14 @@ submit! { RmsNorm, RoutineFactory::RmsNormF32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::onnx::kernels::choose_kernels;
     use tract_onnx::tract_core::tract_linalg::isa::IsaSet;
 
     #[test]
     fn no_function_is_computed_otherwise_with_avx_512() {
-        let narrow = [Isa::X86_64Avx, Isa::X86_64Avx2, Isa::X86_64Fma, Isa::X86_64F16c];
-        let narrow = narrow.into_iter().fold(IsaSet::of_arch(Arch::X86_64), IsaSet::with);
-        let wide = [Isa::X86_64Avx512f, Isa::X86_64Avx512Vnni, Isa::X86_64AvxVnni, Isa::X86_64AmxBf16];
+        choose_kernels();
+        let narrow = native().without(Isa::X86_64Avx512f).without(Isa::X86_64Avx512Fp16);
+        let wide = [Isa::X86_64Avx512f, Isa::X86_64Avx512Fp16, Isa::X86_64Avx512Vnni, Isa::X86_64AmxBf16];
         let wide = wide.into_iter().fold(narrow, IsaSet::with);
         for function in Func::ALL {
             for numbers in [DatumType::F32, DatumType::F16, DatumType::U8] {
