@@ -30,6 +30,28 @@ fn the_scene_of_the_docs_is_one() {
 }
 
 #[test]
+fn each_path_and_surface_of_the_docs_fits_the_schema() {
+    let schema = serde_json::from_str(&fs::read_to_string(root().join(SCHEMA)).unwrap()).unwrap();
+    let validator = jsonschema::draft7::new(&schema).unwrap();
+    let docs = fs::read_to_string(root().join("docs/scenes.md")).unwrap();
+    let scene: serde_json::Value =
+        serde_saphyr::from_str(&fs::read_to_string(root().join("scenes/tabletop.yaml")).unwrap()).unwrap();
+    for (title, part, field, count) in
+        [("| surface |", "world", "surface", 4), ("| path |", "robot", "path", 7)]
+    {
+        let rows = docs[docs.find(title).unwrap()..].lines().skip(2);
+        let examples: Vec<&str> = rows.map_while(|row| row.strip_prefix("| `")?.split('`').next()).collect();
+        assert_eq!(examples.len(), count, "{title} {examples:?}");
+        for example in examples {
+            let mut scene = scene.clone();
+            scene[part][field] = serde_saphyr::from_str(example).unwrap();
+            let errors: Vec<String> = validator.iter_errors(&scene).map(|error| error.to_string()).collect();
+            assert!(errors.is_empty(), "{example}: {errors:?}");
+        }
+    }
+}
+
+#[test]
 fn every_scene_names_the_schema_and_fits_it() {
     let schema = serde_json::from_str(&fs::read_to_string(root().join(SCHEMA)).unwrap()).unwrap();
     let validator = jsonschema::draft7::new(&schema).unwrap();
