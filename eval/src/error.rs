@@ -63,13 +63,13 @@ pub enum BenchError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A folder holds a dataset of another scene.
-    #[error(
-        "{} holds a dataset of another scene, split or renderer; choose another folder with --out", folder.display()
-    )]
+    /// A folder holds a dataset of another scene, say.
+    #[error("{} holds a dataset of another {differs}; choose another folder with --out", folder.display())]
     OtherData {
         /// The folder.
         folder: PathBuf,
+        /// In what it is another.
+        differs: String,
     },
     /// A picture that would not be one.
     #[error("--out {}: expected the name of a PNG file", path.display())]

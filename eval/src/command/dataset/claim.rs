@@ -17,16 +17,29 @@ pub const CLAIM: &str = "dataset.json";
 pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
     let path = root.join(CLAIM);
     if let Ok(text) = fs::read(&path) {
-        let found: Option<Provenance> = serde_json::from_slice(&text).ok();
-        return match found {
-            Some(found) if found == *provenance => Ok(()),
-            _ => Err(BenchError::OtherData { folder: root.to_owned() }),
-        };
+        let found: Provenance = serde_json::from_slice(&text).unwrap_or_default();
+        return if found == *provenance { Ok(()) } else { Err(other_data(root, &found, provenance)) };
     }
     if fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(BenchError::NotOurs { folder: root.to_owned() });
     }
     Ok(OutputFolder::probe(root)?.write(CLAIM, &serde_json::to_vec_pretty(provenance)?)?)
+}
+
+/// That a folder holds data which are not those asked for, and in what they differ.
+pub fn other_data(folder: &Path, found: &Provenance, asked: &Provenance) -> BenchError {
+    let differing = asked.keys().chain(found.keys()).filter(|what| asked.get(*what) != found.get(*what));
+    let mut names: Vec<&str> = differing
+        .map(|what| match what.as_str() {
+            "code" => "program",
+            "renderer" => "renderer or driver",
+            "split" => "split",
+            _ => "scene",
+        })
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    BenchError::OtherData { folder: folder.to_owned(), differs: names.join(", ") }
 }
 
 /// Enters the licence of each mesh that is in a world, by the object that it is of.

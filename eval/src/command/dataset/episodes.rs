@@ -1,5 +1,6 @@
 //! `vantage`: whole episodes in our own layout, one folder a seed.
 
+use super::claim::other_data;
 use super::{Format, Index, Need, tell};
 use crate::error::BenchError;
 use crate::output::{OutputError, OutputFolder};
@@ -39,7 +40,9 @@ impl Format for Episodes<'_> {
         let folder = self.out.path().join(seed.0.to_string());
         match verify(&folder) {
             Ok(manifest) if manifest.provenance == self.provenance => Ok(Need::Nothing),
-            Ok(manifest) if !self.is_older(&manifest.provenance) => Err(BenchError::OtherData { folder }),
+            Ok(manifest) if !self.is_older(&manifest.provenance) => {
+                Err(other_data(&folder, &manifest.provenance, &self.provenance))
+            }
             Err(error @ StoreError::Newer { .. }) => Err(error.into()),
             Ok(_) => Ok(Need::Episode),
             Err(_) if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),

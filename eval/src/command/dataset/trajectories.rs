@@ -1,5 +1,6 @@
 //! `tum` and `g2o`: the true trajectory, and what odometry alone makes of it.
 
+use super::claim::other_data;
 use super::{Format, Index, Need, Source};
 use crate::error::BenchError;
 use crate::output::OutputFolder;
@@ -38,11 +39,13 @@ impl<'a> Trajectories<'a> {
         let folder = out.path().join(layout);
         let mut inventory = Inventory::begin(&folder, layout, source.provenance.clone())?;
         // What renders, and which code, does not reach these files.
-        let other = |before: &Provenance| {
-            ["scene_hash", "split"].iter().any(|what| before.get(*what) != source.provenance.get(*what))
+        let of = |provenance: &Provenance| -> Provenance {
+            let reaching = ["scene_hash", "split"].into_iter();
+            reaching.filter_map(|what| Some((what.to_owned(), provenance.get(what)?.clone()))).collect()
         };
-        if inventory.before().is_some_and(other) {
-            return Err(BenchError::OtherData { folder });
+        let (asked, before) = (of(&source.provenance), inventory.before().map(of));
+        if let Some(before) = before.filter(|before| *before != asked) {
+            return Err(other_data(&folder, &before, &asked));
         }
         inventory.claim()?;
         Ok(Self { out, as_graph, split: source.split, inventory })
