@@ -63,7 +63,7 @@ pub enum BenchError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A folder holds a dataset of another scene, say.
+    /// A folder holds a dataset of another scene, split, renderer or program.
     #[error("{} holds a dataset of another {differs}; choose another folder with --out", folder.display())]
     OtherData {
         /// The folder.

@@ -182,9 +182,10 @@ fn episodes_of_another_scene_are_left_as_they_are() {
     let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
     fs::write(scene.path("scene.yaml"), text.replace("objects: 3", "objects: 2")).unwrap();
     write().expect(2, &["holds a dataset of another scene;"]);
+    let of_training = || Finished::of(&mut scene.dataset("d", &["--seeds", "1", "--split", "train"]));
+    of_training().expect(2, &["holds a dataset of another scene and split;"]);
     fs::write(scene.path("scene.yaml"), text).unwrap();
-    let of_training = ["--seeds", "1", "--split", "train"];
-    Finished::of(&mut scene.dataset("d", &of_training)).expect(2, &["holds a dataset of another split;"]);
+    of_training().expect(2, &["holds a dataset of another split;"]);
     assert!(files(&scene.path("d/0")) == before);
 }
 

@@ -62,8 +62,8 @@ fn check_node(node: &NodeProto) -> Result<(), GraphError> {
         let prefix = if standard { String::new() } else { format!("{}.", node.domain) };
         return Err(GraphError::Operator { node: node.name.clone(), operator: prefix + &node.op_type });
     }
-    if let Some(form) = rounded_otherwise(node) {
-        return Err(GraphError::Operator { node: node.name.clone(), operator: form.into() });
+    if let Some((form, remedy)) = processor_dependent(node) {
+        return Err(GraphError::ProcessorDependent { node: node.name.clone(), form, remedy });
     }
     let constant = node.op_type == "Constant";
     for attribute in &node.attribute {
@@ -86,15 +86,20 @@ fn check_node(node: &NodeProto) -> Result<(), GraphError> {
     Ok(())
 }
 
-/// Forms of operators of which tract makes other bits on one processor than on another.
-fn rounded_otherwise(node: &NodeProto) -> Option<&'static str> {
+/// Forms of operators of which tract makes other bits on one processor than on another, and what to write in their place.
+fn processor_dependent(node: &NodeProto) -> Option<(&'static str, &'static str)> {
     let any = |name: &str, bad: fn(&AttributeProto) -> bool| {
         node.attribute.iter().any(|attribute| attribute.name == name && bad(attribute))
     };
+    let is_half: fn(&AttributeProto) -> bool = |to| to.i == i64::from(DataType::Float16 as i32);
+    let in_single = "compute in float32; float16 is for weights alone";
     match node.op_type.as_str() {
-        "Cast" if any("to", |to| to.i == i64::from(DataType::Float16 as i32)) => Some("Cast to FLOAT16"),
+        "Cast" if any("to", is_half) => Some(("a Cast to float16", in_single)),
+        "LayerNormalization" if any("stash_type", is_half) => {
+            Some(("a LayerNormalization in float16", in_single))
+        }
         "LeakyRelu" if any("alpha", |alpha| alpha.f.is_sign_negative()) => {
-            Some("LeakyRelu of a negative slope")
+            Some(("a LeakyRelu of a negative slope", "write it as Relu, Mul and Sub"))
         }
         _ => None,
     }

@@ -36,6 +36,16 @@ pub enum GraphError {
         /// Name of the weight.
         tensor: String,
     },
+    /// An operator in a form of which one processor makes other bits than another.
+    #[error("node {node:?} is {form}, whose bits would depend on the processor; {remedy}")]
+    ProcessorDependent {
+        /// Name of the node.
+        node: String,
+        /// The operator and its form.
+        form: &'static str,
+        /// What to write in its place.
+        remedy: &'static str,
+    },
     /// An operator outside the list.
     #[error("node {node:?} uses operator {operator:?}, expected one of {OPERATORS:?}")]
     Operator {

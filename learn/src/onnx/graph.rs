@@ -18,7 +18,8 @@ const LARGEST_INPUT: f32 = 1e6;
 const LARGEST_TENSOR: usize = 16 << 20;
 
 /// Ways of computing that round otherwise, which the environment could ask tract for.
-const OTHER_WAYS: [&str; 4] = [
+const OTHER_WAYS: [&str; 5] = [
+    "TRACT_AMX_BF16",
     "TRACT_AVGPOOL_SEPARABLE",
     "TRACT_DISABLE_DEPTHWISE_DECONV",
     "TRACT_DISABLE_DIRECT_SPATIAL",

@@ -17,8 +17,11 @@ pub const CLAIM: &str = "dataset.json";
 pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
     let path = root.join(CLAIM);
     if let Ok(text) = fs::read(&path) {
-        let found: Provenance = serde_json::from_slice(&text).unwrap_or_default();
-        return if found == *provenance { Ok(()) } else { Err(other_data(root, &found, provenance)) };
+        return match serde_json::from_slice::<Provenance>(&text) {
+            Ok(found) if found == *provenance => Ok(()),
+            Ok(found) => Err(other_data(root, &found, provenance)),
+            Err(_) => Err(BenchError::NotOurs { folder: root.to_owned() }),
+        };
     }
     if fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(BenchError::NotOurs { folder: root.to_owned() });
@@ -28,18 +31,19 @@ pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
 
 /// That a folder holds data which are not those asked for, and in what they differ.
 pub fn other_data(folder: &Path, found: &Provenance, asked: &Provenance) -> BenchError {
-    let differing = asked.keys().chain(found.keys()).filter(|what| asked.get(*what) != found.get(*what));
-    let mut names: Vec<&str> = differing
-        .map(|what| match what.as_str() {
-            "code" => "program",
-            "renderer" => "renderer or driver",
-            "split" => "split",
-            _ => "scene",
-        })
-        .collect();
-    names.sort_unstable();
-    names.dedup();
-    BenchError::OtherData { folder: folder.to_owned(), differs: names.join(", ") }
+    let parts: [(&str, &[&str]); 4] = [
+        ("scene", &["scene", "scene_hash", "meshes", "fixtures"]),
+        ("split", &["split"]),
+        ("renderer", &["renderer"]),
+        ("program", &["code"]),
+    ];
+    let differs = |what: &&str| found.get(*what) != asked.get(*what);
+    let differing = parts.iter().filter(|(_, entries)| entries.iter().any(differs));
+    let mut names: Vec<&str> = differing.map(|(name, _)| *name).collect();
+    if names.is_empty() {
+        names.push("program");
+    }
+    BenchError::OtherData { folder: folder.to_owned(), differs: names.join(" and ") }
 }
 
 /// Enters the licence of each mesh that is in a world, by the object that it is of.
