@@ -15,17 +15,41 @@ const TEMPERATURE: f64 = 0.1;
 /// Added to the similarity of a row to itself, so that it is never taken for its own partner.
 const FORBIDDEN: f32 = -1e4;
 
-/// Cross-entropy of finding, for each of `2 n` rows, its partner `n` rows away among all others, by cosine similarity.
-pub(crate) fn loss(embedded: Tensor<2>, device: &Device) -> Tensor<1> {
-    let rows = embedded.dims()[0];
-    let unit = normalized(embedded);
-    let square = |entry: fn(usize, usize, usize) -> f32| {
-        table((0..rows * rows).map(|i| entry(i / rows, i % rows, rows)).collect(), rows, device)
+/// What a row is an embedding of. Rows of one instance are partners; rows of one view are not compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Row {
+    pub(crate) view: usize,
+    pub(crate) instance: usize,
+}
+
+/// `2 n` rows of different views, each with one partner, `n` rows away.
+fn pairs(count: usize) -> Vec<Row> {
+    (0..2 * count).map(|view| Row { view, instance: view % count }).collect()
+}
+
+/// [`loss`] of `2 n` rows, of which each has one partner, `n` rows away.
+pub(crate) fn loss_of_pairs(embedded: Tensor<2>, device: &Device) -> Tensor<1> {
+    let rows = pairs(embedded.dims()[0] / 2);
+    loss(embedded, &rows, device)
+}
+
+/// Cross-entropy of finding, for each row, its partners among all others, by cosine similarity; each is as right as another, as in
+/// Eq. 2 of Khosla et al. 2020.
+pub(crate) fn loss(embedded: Tensor<2>, rows: &[Row], device: &Device) -> Tensor<1> {
+    let count = rows.len();
+    let square = |entry: &dyn Fn(&Row, &Row) -> f32| -> Vec<f32> {
+        rows.iter().flat_map(|row| rows.iter().map(move |other| entry(row, other))).collect()
     };
-    let itself = square(|row, column, _| if row == column { FORBIDDEN } else { 0.0 });
-    let partner = square(|row, column, rows| if (row + rows / 2) % rows == column { 1.0 } else { 0.0 });
-    let similarity = unit.clone().matmul(unit.transpose()) / TEMPERATURE + itself;
-    (log_softmax(similarity) * partner).sum_dim(1).mean().neg()
+    let same = square(&|row, other| if row.view == other.view { FORBIDDEN } else { 0.0 });
+    let mut partners =
+        square(&|row, other| f32::from(u8::from(row.instance == other.instance && row.view != other.view)));
+    for row in partners.chunks_exact_mut(count) {
+        let all = row.iter().sum::<f32>().max(1.0);
+        row.iter_mut().for_each(|share| *share /= all);
+    }
+    let unit = normalized(embedded);
+    let similarity = unit.clone().matmul(unit.transpose()) / TEMPERATURE + table(same, count, device);
+    (log_softmax(similarity) * table(partners, count, device)).sum_dim(1).mean().neg()
 }
 
 /// Rows of unit length.
@@ -44,7 +68,7 @@ pub(crate) fn step(network: &Autoencoder, bound: &Bound, index: usize) -> Step<4
     let inputs = encoder_input(architecture, features.crop(&rows, device), &nothing);
     let turn = Turn::new(architecture.latent, &nothing);
     let factor = network.encode(architecture.latent, inputs, &turn);
-    let total = loss(factor.mean, device);
+    let total = loss_of_pairs(factor.mean, device);
     let value = scalar(&total);
     let gradients = GradientsParams::from_grads(total.backward(), network);
     Step { loss: value, terms: [0.0, 0.0, 0.0, value], gradients }
@@ -58,10 +82,30 @@ mod tests {
     fn partners_that_agree_cost_little_and_ones_that_do_not_cost_much() {
         let device = Device::flex();
         let rows = |numbers: &[f32]| table(numbers.to_vec(), 4, &device);
-        let right = scalar(&loss(rows(&[1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 0.0, 3.0]), &device));
-        let wrong = scalar(&loss(rows(&[1.0, 0.0, 0.0, 1.0, 0.0, 2.0, 3.0, 0.0]), &device));
+        let right = scalar(&loss_of_pairs(rows(&[1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 0.0, 3.0]), &device));
+        let wrong = scalar(&loss_of_pairs(rows(&[1.0, 0.0, 0.0, 1.0, 0.0, 2.0, 3.0, 0.0]), &device));
         assert!(right < 1e-3 && wrong > 9.0, "{right} {wrong}");
-        let blind = scalar(&loss(rows(&[1.0; 8]), &device));
+        let blind = scalar(&loss_of_pairs(rows(&[1.0; 8]), &device));
         assert!((blind - 3f64.ln()).abs() < 1e-4, "{blind}");
+    }
+    #[test]
+    fn all_views_of_an_instance_are_partners_and_a_view_is_not_its_own() {
+        let device = Device::flex();
+        let cost = |angles: [f32; 6], rows: [(usize, usize); 6]| {
+            let numbers = angles.iter().flat_map(|angle| [libm::cosf(*angle), libm::sinf(*angle)]).collect();
+            let rows = rows.map(|(view, instance)| Row { view, instance });
+            scalar(&loss(table(numbers, 6, &device), &rows, &device))
+        };
+        let three_each = [(0, 0), (1, 0), (2, 0), (3, 1), (4, 1), (5, 1)];
+        let right = cost([0.0, 0.0, 0.0, 3.0, 3.0, 3.0], three_each);
+        assert!((right - 2f64.ln()).abs() < 1e-4, "two partners are found as well as each other: {right}");
+        let stray = cost([0.0, 0.0, 3.0, 3.0, 3.0, 3.0], three_each);
+        assert!(stray > right + 3.0, "{stray}");
+        let twice = [(0, 0), (1, 0), (1, 0), (3, 1), (4, 1), (4, 1)];
+        let once = cost([0.0, 0.0, 0.0, 3.0, 3.0, 3.0], twice);
+        assert!(
+            (once - 2.0 / 6.0 * 2f64.ln()).abs() < 1e-4,
+            "only the two single views have two partners: {once}"
+        );
     }
 }

@@ -3,7 +3,7 @@
 use super::burn_convolution;
 use super::changes;
 use super::components::Components;
-use super::contrastive;
+use super::contrastive::{self, Row};
 use super::exponential::log_softmax;
 use super::rows::{numbers, table};
 use super::run::{Step, scalar};
@@ -25,6 +25,8 @@ const CONCENTRATION: f64 = 20.0;
 const REST_WEIGHT: f64 = 2.0;
 /// Views of a session that are compared with each other, in a step.
 const TOGETHER: usize = 8;
+/// The same where instances are told apart, too: fewer views of more instances.
+const TOGETHER_OF_MORE: usize = 4;
 /// Hidden numbers of a head that compares two views.
 const COMPARED: usize = 128;
 /// Size of the embedding by which the trunk tells instances apart.
@@ -131,12 +133,13 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
 /// instance.
 fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> Vec<usize> {
     let count = spec.trunk_batch as usize;
+    if task == Task::Change {
+        let together = together(spec);
+        let session = |_| views.some(together, stream);
+        return (0..(count / together).max(1)).flat_map(session).collect();
+    }
     if spec.trunk_instance_weight > 0.0 {
         return views.pairs_of_different_groups((count / 2).max(2), stream);
-    }
-    if task == Task::Change {
-        let session = |_| views.some(TOGETHER, stream);
-        return (0..(count / TOGETHER).max(1)).flat_map(session).collect();
     }
     if !task.paired() {
         return (0..count).map(|_| views.usable[stream.below(views.usable.len())]).collect();
@@ -144,12 +147,18 @@ fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> 
     views.pairs((count / 2).max(1), stream)
 }
 
+fn together(spec: &TrainingSpec) -> usize {
+    if spec.trunk_instance_weight > 0.0 { TOGETHER_OF_MORE } else { TOGETHER }
+}
+
 impl TrunkData<'_> {
     /// The weighted loss, and its terms as [`super::curve`] names them.
     fn loss(&self, network: &TrunkWithHead, features: Tensor<2>, batch: &[usize]) -> (Tensor<1>, [f64; 3]) {
         let (total, mut terms) = self.of_task(network, network.measure(features.clone()), batch);
         let Some(embedded) = network.embed(features) else { return (total, terms) };
-        let apart = contrastive::loss(embedded, self.device);
+        let row = |&view: &usize| Row { view, instance: self.views.set.views[view].instance };
+        let rows: Vec<Row> = batch.iter().map(row).collect();
+        let apart = contrastive::loss(embedded, &rows, self.device);
         terms[2] = scalar(&apart);
         (total + apart * self.spec.trunk_instance_weight, terms)
     }
@@ -173,7 +182,8 @@ impl TrunkData<'_> {
                 let answer = network.answer(m);
                 let upright = answer.clone().narrow(1, 0, UPRIGHT);
                 let azimuths = batch.iter().map(|&view| views.azimuth(view));
-                (changes::loss(answer, azimuths, batch, TOGETHER, self.device), upright, uprights())
+                let together = together(self.spec);
+                (changes::loss(answer, azimuths, batch, together, self.device), upright, uprights())
             }
             Task::Motion => {
                 let both = vec![m.clone().narrow(0, 0, half), m.narrow(0, half, half)];
@@ -192,7 +202,7 @@ impl TrunkData<'_> {
             }
             Task::Instance => {
                 let embedded = network.answer(m);
-                let loss = contrastive::loss(embedded, self.device);
+                let loss = contrastive::loss_of_pairs(embedded, self.device);
                 let value = scalar(&loss);
                 return (loss, [0.0, 0.0, value]);
             }
