@@ -201,21 +201,28 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
 
 #[test]
 fn a_trunk_learns_instances_beside_viewpoints_where_it_is_asked_to() {
-    let spec = TrainingSpec { trunk_instance_weight: 1.0, trunk_steps: 160, ..tiny_spec() };
-    let folder = tempfile::tempdir().unwrap();
-    let views = [&training_views(), &validation_views()];
-    trained(views, &spec, folder.path(), None, |_| false).unwrap();
-    let table = std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap();
-    for (term, most) in [("instance", 0.8), ("azimuth", 0.95)] {
-        let place = table.lines().next().unwrap().split(',').position(|name| name == term).unwrap();
-        let trunk = table.lines().filter(|line| line.starts_with("trunk"));
-        let terms: Vec<f64> =
-            trunk.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect();
-        let mean = |terms: &[f64]| terms.iter().sum::<f64>() / terms.len() as f64;
-        let (first, last) = (mean(&terms[..8]), mean(&terms[terms.len() - 8..]));
-        assert!(last < most * first, "{term}: {first} {last}");
+    let asked = |spec| TrainingSpec { trunk_instance_weight: 1.0, trunk_steps: 160, ..spec };
+    let (set, validation) = (toured(training_views()), toured(validation_views()));
+    let views = [&set, &validation];
+    let curve = |spec: &TrainingSpec| {
+        let folder = tempfile::tempdir().unwrap();
+        trained(views, spec, folder.path(), None, |_| false).unwrap();
+        Model::load(folder.path()).unwrap();
+        std::fs::read_to_string(folder.path().join(CURVE_TABLE)).unwrap()
+    };
+    let spec = asked(tiny_spec());
+    let table = curve(&spec);
+    for table in [&table, &curve(&asked(predictive(PredictiveSpec::default())))] {
+        for (term, most) in [("instance", 0.8), ("azimuth", 0.95)] {
+            let place = table.lines().next().unwrap().split(',').position(|name| name == term).unwrap();
+            let trunk = table.lines().filter(|line| line.starts_with("trunk"));
+            let terms: Vec<f64> =
+                trunk.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect();
+            let mean = |terms: &[f64]| terms.iter().sum::<f64>() / terms.len() as f64;
+            let (first, last) = (mean(&terms[..8]), mean(&terms[terms.len() - 8..]));
+            assert!(last < most * first, "{term}: {first} {last}");
+        }
     }
-    Model::load(folder.path()).unwrap();
 
     let killed = tempfile::tempdir().unwrap();
     let midway = |told: &Progress| matches!(told, Progress::Step { stage: Stage::Trunk, step: 22, .. });
