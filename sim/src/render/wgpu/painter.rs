@@ -4,7 +4,7 @@ use super::super::projection::{light_in_model, pixels_from_model};
 use super::super::{Light, NEAR, Placement, RenderError, Shot};
 use super::culling::Culling;
 use super::device::Gpu;
-use super::pipeline::{ITEM_STRIDE, ITEMS, Item, Pipelines, Sheet};
+use super::pipeline::{Item, Pipelines, Sheet};
 use super::residency::Residency;
 use super::target::{Plane, Target};
 use crate::model::Model;
@@ -84,7 +84,7 @@ impl<'a> Painter<'a> {
         (placement, level): (&Placement, usize),
         marking: bool,
     ) -> Result<(), RenderError> {
-        if self.calls.len() == ITEMS || self.culling.triangles.len() >= TRIANGLES {
+        if self.culling.triangles.len() >= TRIANGLES {
             let mut encoder = self.encoder();
             self.describe(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
@@ -108,7 +108,6 @@ impl<'a> Painter<'a> {
             side: (TEXTURE_SIDE << resident.albedo) as f32,
             texture: resident.layer << LAYER_SHIFT | self.batch(resident.albedo) << BATCH_SHIFT,
             id: placement.id,
-            padding: [0; 42],
         });
         self.lights[resident.albedo].insert(viewport, *light);
         self.calls.push(Call { viewport, marking, first_vertex: resident.first_vertex, corners });
@@ -153,14 +152,14 @@ impl<'a> Painter<'a> {
         if self.calls.is_empty() {
             return;
         }
-        self.gpu.queue.write_buffer(&self.pipelines.items, 0, bytemuck::cast_slice(&self.items));
+        let items = self.buffer("items", wgpu::BufferUsages::VERTEX, &self.items);
         let indices = self.buffer("indices", wgpu::BufferUsages::INDEX, &self.culling.triangles);
         pass.set_vertex_buffer(0, self.residency.vertices.slice(..));
+        pass.set_vertex_buffer(1, items.slice(..));
         pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
         let mut viewport = None;
         let mut marking = None;
         for (index, call) in (0..).zip(&self.calls) {
-            pass.set_bind_group(0, &self.pipelines.item, &[index * ITEM_STRIDE]);
             if marking != Some(call.marking) {
                 marking = Some(call.marking);
                 let pipelines = self.pipelines;
@@ -172,7 +171,7 @@ impl<'a> Painter<'a> {
                 // Triangles are clipped to the viewport. A scissor beside it would have lavapipe copy all its state, 33 kB.
                 pass.set_viewport(column as f32, row as f32, width as f32, height as f32, 0.0, 1.0);
             }
-            pass.draw_indexed(call.corners.clone(), call.first_vertex as i32, 0..1);
+            pass.draw_indexed(call.corners.clone(), call.first_vertex as i32, index..index + 1);
         }
         drop(pass);
         self.calls.clear();

@@ -2,9 +2,8 @@
 
 use super::device::Gpu;
 use bytemuck::{Pod, Zeroable};
-use std::num::NonZeroU64;
 
-/// What the shader knows of a drawn placement; laid out as `Item` in `shade.wgsl`.
+/// What the shader knows of a drawn placement; see `Item` in `shade.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Item {
@@ -16,8 +15,6 @@ pub(super) struct Item {
     /// Layer and batch, as bits of a surface.
     pub texture: u32,
     pub id: u32,
-    /// Of the struct, and up to the alignment that uniforms need.
-    pub padding: [u32; 42],
 }
 
 /// A part of a target that is shaded: the pixels of one batch.
@@ -31,10 +28,6 @@ pub(super) struct Sheet {
     pub batch: u32,
 }
 
-/// Distance between items in their buffer, bytes.
-pub(super) const ITEM_STRIDE: u32 = size_of::<Item>() as u32;
-const _: () = assert!(ITEM_STRIDE == 256, "the greatest alignment that a device may ask for");
-
 /// A vertex as the shader reads it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -43,9 +36,6 @@ pub(super) struct Vertex {
     pub normal: [f32; 3],
     pub uv: [f32; 2],
 }
-
-/// Items of one pass.
-pub(super) const ITEMS: usize = 8192;
 
 /// sRGB that the shader encodes.
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -70,20 +60,11 @@ pub(super) struct Pipelines {
     surface_layout: wgpu::BindGroupLayout,
     texture_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
-    /// With a dynamic offset in `items`.
-    pub item: wgpu::BindGroup,
-    pub items: wgpu::Buffer,
 }
 
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
-        let items = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("items"),
-            size: ITEMS as u64 * u64::from(ITEM_STRIDE),
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("bilinear"),
             address_mode_u: wgpu::AddressMode::Repeat,
@@ -92,28 +73,15 @@ impl Pipelines {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        let [item_layout, surface_layout, texture_layout] = layouts(device);
+        let [surface_layout, texture_layout] = layouts(device);
         let shader = device.create_shader_module(wgpu::include_wgsl!("shade.wgsl"));
         Self {
-            marking: describing(device, &item_layout, &shader, wgpu::ColorWrites::ALL),
-            plain: describing(device, &item_layout, &shader, wgpu::ColorWrites::empty()),
+            marking: describing(device, &shader, wgpu::ColorWrites::ALL),
+            plain: describing(device, &shader, wgpu::ColorWrites::empty()),
             shading: shading(device, &[Some(&surface_layout), Some(&texture_layout)], &shader),
             surface_layout,
             texture_layout,
             sampler,
-            item: device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("item"),
-                layout: &item_layout,
-                entries: &[wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                        buffer: &items,
-                        offset: 0,
-                        size: NonZeroU64::new(u64::from(ITEM_STRIDE)),
-                    }),
-                }],
-            }),
-            items,
         }
     }
 
@@ -147,8 +115,8 @@ impl Pipelines {
     }
 }
 
-/// Of the item's group, the surfaces' and the textures'.
-fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
+/// Of the surfaces' group and the textures'.
+fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
     let texture = |sample_type, view_dimension| wgpu::BindingType::Texture {
         sample_type,
@@ -159,17 +127,11 @@ fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
         texture(wgpu::TextureSampleType::Float { filterable: true }, wgpu::TextureViewDimension::D2Array);
     let surfaces = texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2);
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-    let item = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: true,
-        min_binding_size: None,
-    };
     let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
     };
     let fragment = wgpu::ShaderStages::FRAGMENT;
     [
-        layout("item", &[entry(0, wgpu::ShaderStages::VERTEX, item)]),
         layout("surfaces", &[entry(0, fragment, surfaces)]),
         layout("textures", &[entry(0, fragment, colors), entry(1, fragment, sampler)]),
     ]
@@ -177,13 +139,12 @@ fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
 
 fn describing(
     device: &wgpu::Device,
-    item: &wgpu::BindGroupLayout,
     shader: &wgpu::ShaderModule,
     marks: wgpu::ColorWrites,
 ) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("describing"),
-        bind_group_layouts: &[Some(item)],
+        bind_group_layouts: &[],
         immediate_size: 0,
     });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -193,11 +154,20 @@ fn describing(
             module: shader,
             entry_point: Some("project"),
             compilation_options: Default::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2],
-            })],
+            buffers: &[
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<Vertex>() as u64,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2],
+                }),
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<Item>() as u64,
+                    step_mode: wgpu::VertexStepMode::Instance,
+                    attributes: &wgpu::vertex_attr_array![
+                        3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4, 7 => Float32x4, 8 => Uint32x2
+                    ],
+                }),
+            ],
         },
         primitive: wgpu::PrimitiveState {
             front_face: wgpu::FrontFace::Ccw,

@@ -3,17 +3,18 @@
 // Triangles write only what their surface is, and then each pixel is shaded once: lavapipe runs a fragment shader for whole
 // blocks of pixels, of which a small triangle covers few.
 
+// Of a drawn placement, an instance of its own: lavapipe reads a storage buffer vertex by vertex, and newer ones allocate memory for each
+// dynamic offset of a uniform.
 struct Item {
-    clip_from_model: mat4x4f,
-    light_in_model: vec3f,
-    // Side of the texture, texels; its layer and batch as bits of a surface.
-    side: f32,
-    texture: u32,
-    id: u32,
+    @location(3) clip_from_x: vec4f,
+    @location(4) clip_from_y: vec4f,
+    @location(5) clip_from_z: vec4f,
+    @location(6) clip_from_origin: vec4f,
+    // xyz: the light, in the model's frame; w: the side of the texture, texels.
+    @location(7) light_side: vec4f,
+    // x: the texture's layer and batch as bits of a surface; y: the id.
+    @location(8) texture_id: vec2u,
 }
-
-// A uniform of its own for each draw: lavapipe reads storage buffers vertex by vertex, which took a third of a tile's time.
-@group(0) @binding(0) var<uniform> item: Item;
 
 struct Corner {
     @builtin(position) position: vec4f,
@@ -23,10 +24,11 @@ struct Corner {
 }
 
 @vertex
-fn project(@location(0) position: vec3f, @location(1) normal: vec3f, @location(2) uv: vec2f) -> Corner {
-    let clip = item.clip_from_model * vec4f(position, 1.0);
-    let incidence = dot(normal, item.light_in_model);
-    let labels = vec3u(item.texture, item.id, bitcast<u32>(item.side));
+fn project(@location(0) position: vec3f, @location(1) normal: vec3f, @location(2) uv: vec2f, item: Item) -> Corner {
+    let clip_from_model = mat4x4f(item.clip_from_x, item.clip_from_y, item.clip_from_z, item.clip_from_origin);
+    let clip = clip_from_model * vec4f(position, 1.0);
+    let incidence = dot(normal, item.light_side.xyz);
+    let labels = vec3u(item.texture_id, bitcast<u32>(item.light_side.w));
     return Corner(clip, vec3f(uv, incidence), labels);
 }
 
