@@ -126,8 +126,8 @@ pub struct TrainingSpec {
     #[garde(range(min = 1, max = 1_000_000))]
     pub trunk_steps: u32,
     /// Weight, beside the trunk's loss of viewpoints, of an InfoNCE loss that tells instances apart by association; 0 by default. With it a
-    /// step's crops are pairs, one of each of as many different instances as there are or fit; where changes of azimuth are
-    /// learned, four views of a session in place of eight, of twice as many sessions. Not for `autoencoder` and `contrastive`.
+    /// step's crops are pairs, one pair of each of as many different instances (sessions, of a camera's motion) as there are or
+    /// fit; of changes of azimuth, four views of each session in place of eight. Not for `autoencoder` and `contrastive`.
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan), custom(beside_viewpoints(self)))]
     #[serde(skip_serializing_if = "is_default")]
     pub trunk_instance_weight: f64,
@@ -315,7 +315,9 @@ mod tests {
         ];
         for (objective, takes_it) in all {
             let spec = TrainingSpec { objective, trunk_instance_weight: 0.5, ..TrainingSpec::default() };
-            assert_eq!(spec.validate().is_ok(), takes_it, "{objective:?}");
+            let told = spec.validate().map_err(|report| report.to_string());
+            assert_eq!(told.is_ok(), takes_it, "{objective:?}");
+            assert!(told.err().is_none_or(|told| told.contains("trunk_instance_weight: is 0.5")));
         }
     }
 

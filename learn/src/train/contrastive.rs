@@ -1,5 +1,5 @@
-//! Metric learning by the InfoNCE loss of van den Oord et al. 2018: alone it is a rival of the paper's models, and a trunk may learn it beside
-//! viewpoints.
+//! Metric learning by the InfoNCE loss of van den Oord et al. 2018, in the form of Khosla et al. 2020 where an instance has more than two
+//! views: alone it is a rival of the paper's models, and a trunk may learn it beside viewpoints.
 
 use super::autoencoder::Bound;
 use super::autoencoder_network::{Autoencoder, encoder_input};
@@ -12,29 +12,25 @@ use burn::tensor::{Device, Tensor};
 
 /// What similarities are divided by.
 const TEMPERATURE: f64 = 0.1;
-/// Added to the similarity of a row to itself, so that it is never taken for its own partner.
+/// Added to the similarity of rows of one view, so that a view is never taken for its own partner.
 const FORBIDDEN: f32 = -1e4;
 
 /// What a row is an embedding of. Rows of one instance are partners; rows of one view are not compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) struct Row {
     pub(crate) view: usize,
     pub(crate) instance: usize,
 }
 
-/// `2 n` rows of different views, each with one partner, `n` rows away.
-fn pairs(count: usize) -> Vec<Row> {
-    (0..2 * count).map(|view| Row { view, instance: view % count }).collect()
-}
-
-/// [`loss`] of `2 n` rows, of which each has one partner, `n` rows away.
+/// [`loss`] of `2 n` rows of different views, of which each has one partner, `n` rows away.
 pub(crate) fn loss_of_pairs(embedded: Tensor<2>, device: &Device) -> Tensor<1> {
-    let rows = pairs(embedded.dims()[0] / 2);
+    let count = embedded.dims()[0] / 2;
+    let rows: Vec<Row> = (0..2 * count).map(|view| Row { view, instance: view % count }).collect();
     loss(embedded, &rows, device)
 }
 
 /// Cross-entropy of finding, for each row, its partners among all others, by cosine similarity; each is as right as another, as in
-/// Eq. 2 of Khosla et al. 2020.
+/// Eq. 2 of Khosla et al. 2020. Every row has to have one.
 pub(crate) fn loss(embedded: Tensor<2>, rows: &[Row], device: &Device) -> Tensor<1> {
     let count = rows.len();
     let square = |entry: &dyn Fn(&Row, &Row) -> f32| -> Vec<f32> {
@@ -44,7 +40,7 @@ pub(crate) fn loss(embedded: Tensor<2>, rows: &[Row], device: &Device) -> Tensor
     let mut partners =
         square(&|row, other| f32::from(u8::from(row.instance == other.instance && row.view != other.view)));
     for row in partners.chunks_exact_mut(count) {
-        let all = row.iter().sum::<f32>().max(1.0);
+        let all: f32 = row.iter().sum();
         row.iter_mut().for_each(|share| *share /= all);
     }
     let unit = normalized(embedded);
@@ -88,6 +84,7 @@ mod tests {
         let blind = scalar(&loss_of_pairs(rows(&[1.0; 8]), &device));
         assert!((blind - 3f64.ln()).abs() < 1e-4, "{blind}");
     }
+
     #[test]
     fn all_views_of_an_instance_are_partners_and_a_view_is_not_its_own() {
         let device = Device::flex();

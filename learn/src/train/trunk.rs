@@ -128,15 +128,16 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
     Step { loss: scalar(&total), terms, gradients }
 }
 
-/// Views of a batch: those of a session one after the other; or, where crops come in pairs, first views and then their partners, each of
-/// the group of its first; of different groups where embeddings are learned beside the task, so that no other crop is of the same
-/// instance.
+/// Views of a batch: those of a session one after the other, of two sessions at least where embeddings are learned beside the task; or, where
+/// crops come in pairs, first views and then their partners, each of the group of its first, and of different groups beside
+/// embeddings.
 fn draw(task: Task, views: &Views, spec: &TrainingSpec, stream: &mut Stream) -> Vec<usize> {
     let count = spec.trunk_batch as usize;
     if task == Task::Change {
         let together = together(spec);
+        let least = if spec.trunk_instance_weight > 0.0 { 2 } else { 1 };
         let session = |_| views.some(together, stream);
-        return (0..(count / together).max(1)).flat_map(session).collect();
+        return (0..(count / together).max(least)).flat_map(session).collect();
     }
     if spec.trunk_instance_weight > 0.0 {
         return views.pairs_of_different_groups((count / 2).max(2), stream);
@@ -239,4 +240,38 @@ pub(crate) fn soft_labels(angles: impl ExactSizeIterator<Item = f64>, device: &D
         labels.extend(bumps.map(|bump| (bump / total) as f32));
     }
     Tensor::from_data(TensorData::new(labels, [rows, BINS]), device)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::synthetic;
+    use vantage_dataset::Split;
+
+    #[test]
+    fn changes_are_learned_from_fewer_views_of_more_sessions_where_instances_are_told_apart() {
+        let set = synthetic::views(Split::Train, 12, 8, 1);
+        for (weight, batch, together, sessions) in
+            [(0.0, 128, 8, 16), (0.0, 4, 8, 1), (0.5, 128, 4, 32), (0.5, 4, 4, 2)]
+        {
+            let spec =
+                TrainingSpec { trunk_instance_weight: weight, trunk_batch: batch, ..TrainingSpec::default() };
+            let views = Views::new(&set, Split::Train, 2, &spec, Seed(0)).unwrap();
+            let rows = draw(Task::Change, &views, &spec, &mut Seed(1).stream("batch", 0));
+            assert_eq!(rows.len(), together * sessions);
+            let mut instances = Vec::new();
+            for session in rows.chunks_exact(together) {
+                let mut different = session.to_vec();
+                different.sort_unstable();
+                different.dedup();
+                assert_eq!(different.len(), together);
+                instances.push(set.views[session[0]].instance);
+                assert!(
+                    session.iter().all(|&view| set.views[view].instance == instances[instances.len() - 1])
+                );
+            }
+            instances.dedup();
+            assert!(sessions <= 2 || instances.len() > sessions / 2);
+        }
+    }
 }

@@ -25,6 +25,8 @@ const FILLINGS: u32 = 128;
 
 /// Triangles that a pass begins no further call after: their corners are 48 MiB.
 const TRIANGLES: usize = 1 << 22;
+/// Calls of a pass: their items are 6 MiB.
+const CALLS: usize = 1 << 16;
 
 #[derive(Debug)]
 struct Call {
@@ -84,7 +86,7 @@ impl<'a> Painter<'a> {
         (placement, level): (&Placement, usize),
         marking: bool,
     ) -> Result<(), RenderError> {
-        if self.culling.triangles.len() >= TRIANGLES {
+        if self.calls.len() == CALLS || self.culling.triangles.len() >= TRIANGLES {
             let mut encoder = self.encoder();
             self.describe(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);

@@ -17,6 +17,8 @@ pub(super) struct Item {
     pub id: u32,
 }
 
+const _: () = assert!(size_of::<Item>() == 5 * 16 + 8, "as the attributes");
+
 /// A part of a target that is shaded: the pixels of one batch.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
