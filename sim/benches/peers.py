@@ -1,6 +1,6 @@
 """Renders the exported benchmark scene with other simulators; see peers.sh.
 
-peers.py compare SCENE RENDER_RATE ROUNDS   interleaved rounds, then a table of medians and paired ratios
+peers.py compare SCENE ROUNDS RENDER_RATE...   interleaved rounds, then a table of medians and paired ratios
 peers.py mujoco|pybullet SCENE              one line a kind of picture: renderer, kind, pictures per core-second and second
 peers.py look SCENE                         mujoco.png and pybullet.png, to compare with ours.png
 """
@@ -306,9 +306,9 @@ def prepare_windows(scene):
         ]
 
 
-def compare(scene, folder, binary, rounds):
+def compare(scene, folder, rounds, ours):
     here = [sys.executable, __file__]
-    commands = [[binary], here + ["mujoco", folder], here + ["pybullet", folder]]
+    commands = [ours, here + ["mujoco", folder], here + ["pybullet", folder]]
     rates = {}
     for number in range(rounds):
         print(f"round {number + 1} of {rounds}", file=sys.stderr)
@@ -352,7 +352,7 @@ def main():
     prepare_windows(scene)
     peers = {"mujoco": MuJoCo, "pybullet": PyBullet}
     if command == "compare":
-        compare(scene, folder, rest[0], int(rest[1]))
+        compare(scene, folder, int(rest[0]), rest[1:])
     elif command == "look":
         for peer in peers.values():
             peer(scene).look(Path(folder))

@@ -1,10 +1,11 @@
 #!/bin/sh
 # Rates of our renderers beside MuJoCo's and PyBullet's, on the same scene, as a Markdown table.
 #
-#   sim/benches/peers.sh [FOLDER [ROUNDS]]
+#   sim/benches/peers.sh [FOLDER [ROUNDS [MODELS [TRIANGLES]]]]
 #
 # FOLDER (out/peers) takes a virtual environment and the exported scene. Needs Python 3 with venv, a Vulkan driver for wgpu and
-# EGL (libegl1, libgl1-mesa-dri) for MuJoCo; on a machine with a GPU compare nothing: rates are per second of the CPU.
+# EGL (libegl1, libgl1-mesa-dri) for MuJoCo. MODELS is a folder of YCB models that stand on the table in place of our objects, simplified to so many
+# TRIANGLES at most. On a machine with a GPU compare nothing: rates are per second of the CPU.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=${1:-out/peers}
@@ -13,5 +14,9 @@ mkdir -p "$folder"
 "$folder/venv/bin/pip" install --quiet mujoco==4.0.0 pybullet==3.2.7 numpy pillow
 cargo build --release --locked --quiet -p vantage-sim --example render_rate
 rate="${CARGO_TARGET_DIR:-target}/release/examples/render_rate"
-"$rate" export "$folder/scene"
-exec "$folder/venv/bin/python" sim/benches/peers.py compare "$folder/scene" "$rate" "${2:-5}"
+rounds=${2:-5}
+models=${3:+--models $3 ${4:-}}
+# shellcheck disable=SC2086
+"$rate" export "$folder/scene" $models
+# shellcheck disable=SC2086
+exec "$folder/venv/bin/python" sim/benches/peers.py compare "$folder/scene" "$rounds" "$rate" $models

@@ -2,27 +2,35 @@
 //!
 //! `cargo run --release -p vantage-sim --example render_rate` prints the rates;
 //! `... -- hash` prints digests of the pictures; `... -- export FOLDER` writes the scene for other renderers (`sim/benches/peers.sh`), with our picture of it.
+//! After `--models FOLDER [TRIANGLES]`, YCB models (in metres, z up), simplified to so many triangles at most, take the place of
+//! the objects of our families.
 
 #[path = "../tests/render_furnished/mod.rs"]
 mod render_furnished;
 
-use render_furnished::{Window, scene, shots, windows};
+use render_furnished::{Window, scene, set_with, shots, windows};
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 use std::{env, fs};
+use vantage_sim::mesh_file::UpAxis;
 use vantage_sim::model::Model;
+use vantage_sim::object::{MeshLibrary, Object};
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::wgpu::WgpuRenderer;
 use vantage_sim::render::{RenderError, RenderScene, Renderer, Shot, Tile};
+use vantage_sim::scene::{MeshSpec, SymmetrySpec};
 
 const SHOTS: usize = 48;
 const TILE_SIDE: u32 = 32;
 /// Least CPU time of a measurement.
 const SECONDS: f64 = 1.5;
+
+const USAGE: &str = "usage: render_rate [hash | export FOLDER] [--models FOLDER [TRIANGLES]]";
 
 /// What is rendered.
 struct Task {
@@ -32,19 +40,51 @@ struct Task {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let task = Task::new()?;
-    let arguments: Vec<String> = env::args().skip(1).collect();
+    let mut arguments: Vec<String> = env::args().skip(1).collect();
+    let scene = match arguments.iter().position(|argument| argument == "--models") {
+        Some(at) => set_with_models(&arguments.split_off(at)[1..])?,
+        None => scene(),
+    };
+    let task = Task::new(scene)?;
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [] => task.on_both(|task, renderer| task.measure(renderer)),
         ["hash"] => task.on_both(|task, renderer| task.hash(renderer)),
         ["export", folder] => task.export(Path::new(folder)),
-        _ => Err("usage: render_rate [hash | export FOLDER]".into()),
+        _ => Err(USAGE.into()),
     }
 }
 
+/// The table with each of the models of a folder as often as it fits; of as many triangles at most.
+fn set_with_models(arguments: &[String]) -> Result<RenderScene, Box<dyn Error>> {
+    let (folder, most) = match arguments {
+        [folder] => (folder, usize::MAX),
+        [folder, most] => (folder, most.parse()?),
+        _ => return Err(USAGE.into()),
+    };
+    let spec = MeshSpec {
+        path: folder.into(),
+        metres_per_unit: 1.0,
+        up: UpAxis::Z,
+        category: None,
+        symmetry: SymmetrySpec::None,
+        split: None,
+    };
+    let library = MeshLibrary::load(&[spec], Path::new(""))?;
+    let mut objects = Vec::new();
+    for entry in library.iter() {
+        let model = &entry.object.model;
+        model.simplify();
+        let level = (0..=model.simpler_levels()).find(|&level| model.mesh_at(level).triangles.len() <= most);
+        let mesh = model.mesh_at(level.ok_or("a model has no level of so few triangles")?).clone();
+        let model = Arc::new(Model::new(mesh, model.texture.clone()));
+        objects.push(Object { model, ..entry.object.clone() });
+    }
+    Ok(set_with(|i| objects[i % objects.len()].clone()))
+}
+
 impl Task {
-    fn new() -> Result<Self, RenderError> {
-        let (scene, shots) = (scene(), shots(SHOTS));
+    fn new(scene: RenderScene) -> Result<Self, RenderError> {
+        let shots = shots(SHOTS);
         let mut renderer = ReferenceRenderer::new();
         let mut all = Vec::new();
         for (index, shot) in shots.iter().enumerate() {

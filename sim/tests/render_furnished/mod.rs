@@ -1,4 +1,4 @@
-//! The scene of the renderers' benchmark: a table set with objects of every family.
+//! The scene of the renderers' benchmark: a table set with objects of every family, or with others.
 
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
@@ -34,14 +34,22 @@ pub struct Window {
     pub target: u32,
 }
 
-/// The table, with the objects' ids counted from 1.
+const SEED: Seed = Seed(7);
+
+/// The table set with objects of every family.
 pub fn scene() -> RenderScene {
-    let seed = Seed(7);
+    set_with(|i| {
+        let family = Family::ALL[i % Family::ALL.len()];
+        Object::generate(family, Split::Train, SEED, (i / Family::ALL.len()) as u64)
+    })
+}
+
+/// The table set with other objects, one for each place; their ids are counted from 1.
+pub fn set_with(object: impl Fn(usize) -> Object) -> RenderScene {
     let table = Placement { model: table(), world_from_model: Pose::identity(), id: NO_OBJECT };
     let standing = (0..COLUMNS * ROWS).map(|i| {
-        let mut stream = seed.stream("benchmark/layout", i as u64);
-        let family = Family::ALL[i % Family::ALL.len()];
-        let object = Object::generate(family, Split::Train, seed, (i / Family::ALL.len()) as u64);
+        let mut stream = SEED.stream("benchmark/layout", i as u64);
+        let object = object(i);
         // As a world does.
         object.model.simplify();
         let mut place = |index: usize, count: usize| {
