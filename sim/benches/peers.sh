@@ -4,8 +4,8 @@
 #   sim/benches/peers.sh [FOLDER [ROUNDS [MODELS [TRIANGLES]]]]
 #
 # FOLDER (out/peers) takes a virtual environment and the exported scene. Needs Python 3 with venv, a Vulkan driver for wgpu and
-# EGL (libegl1, libgl1-mesa-dri) for MuJoCo. MODELS is a folder of YCB models that stand on the table in place of our objects, simplified to so many
-# TRIANGLES at most. On a machine with a GPU compare nothing: rates are per second of the CPU.
+# EGL (libegl1, libgl1-mesa-dri) for MuJoCo. MODELS is a folder of YCB models (from the repository's root) that stand on the table in place of
+# our objects, simplified to so many TRIANGLES at most. On a machine with a GPU compare nothing: rates are per second of the CPU.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=${1:-out/peers}
@@ -15,8 +15,6 @@ mkdir -p "$folder"
 cargo build --release --locked --quiet -p vantage-sim --example render_rate
 rate="${CARGO_TARGET_DIR:-target}/release/examples/render_rate"
 rounds=${2:-5}
-models=${3:+--models $3 ${4:-}}
-# shellcheck disable=SC2086
-"$rate" export "$folder/scene" $models
-# shellcheck disable=SC2086
-exec "$folder/venv/bin/python" sim/benches/peers.py compare "$folder/scene" "$rounds" "$rate" $models
+set -- ${3:+--models} ${3:+"$3"} ${4:+"$4"}
+"$rate" export "$folder/scene" "$@"
+exec "$folder/venv/bin/python" sim/benches/peers.py compare "$folder/scene" "$rounds" "$rate" "$@"
