@@ -70,6 +70,9 @@ pub struct RunArgs {
     /// Folder that gets a folder of results by the scene's name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Folder of another estimator's trajectories, `<seed>.tum` each; its row has the folder's name. May be given more than once.
+    #[arg(long, value_name = "DIR")]
+    pub trajectories: Vec<PathBuf>,
     /// How it is made.
     #[command(flatten)]
     pub stages: StageArgs,

@@ -148,6 +148,14 @@ pub enum BenchError {
         /// What Rerun said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// Trajectories of another estimator that cannot be scored.
+    #[error("--trajectories {}: {reason}", path.display())]
+    Entry {
+        /// The folder, or the file in it.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// An instance that would be scored is among those that the model has seen.
     #[error(
         "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \

@@ -62,6 +62,7 @@ impl BenchError {
             | BenchError::NoFolder { .. }
             | BenchError::ForViewSets { .. }
             | BenchError::NoModel { .. }
+            | BenchError::Entry { .. }
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
             | BenchError::ObjectiveNotViewing { .. }

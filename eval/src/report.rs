@@ -9,11 +9,12 @@ use crate::results::{self, Results};
 /// Name of the file of all tables.
 pub const TABLES: &str = "tables.md";
 
-/// All tables as Markdown, below what a reader has to know of the model.
-pub fn markdown(results: &Results, caveat: Option<&str>) -> String {
+/// All tables as Markdown, below which model was scored, by its hash, and what a reader has to know of it.
+pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) -> String {
+    let model = model.map(|hash| format!("\nmodel {hash}\n")).unwrap_or_default();
     let caveat = caveat.map(|caveat| format!("\n{caveat}\n")).unwrap_or_default();
     let tables = results.tables.iter().map(|table| format!("\n{}", tables(table, Style::Markdown)));
-    format!("# {}\n{caveat}{}", results.scene, tables.collect::<String>())
+    format!("# {}\n{model}{caveat}{}", results.scene, tables.collect::<String>())
 }
 
 /// Writes `results.json`, `tables.md` and `<table>.csv`, and, last, `manifest.json`.
@@ -21,7 +22,8 @@ pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Re
     for table in &results.tables {
         folder.write(&format!("{}.csv", table.name()), &csv(table)?)?;
     }
-    folder.write(TABLES, markdown(results, manifest.caveat.as_deref()).as_bytes())?;
+    let text = markdown(results, manifest.model_hash.as_deref(), manifest.caveat.as_deref());
+    folder.write(TABLES, text.as_bytes())?;
     folder.write(results::FILE_NAME, results.to_json()?.as_bytes())?;
     folder.finish(manifest)
 }
@@ -54,9 +56,13 @@ mod tests {
         let mut reversed = runs();
         reversed.reverse();
         assert_eq!(files("a", runs()), files("b", reversed));
-        let manifest = Manifest { caveat: Some("Mind this.".into()), ..Manifest::new("abc", &[Seed(0)]) };
+        let manifest = Manifest {
+            model_hash: Some("def".into()),
+            caveat: Some("Mind this.".into()),
+            ..Manifest::new("abc", &[Seed(0)])
+        };
         let text = std::fs::read_to_string(written("c", runs(), &manifest).join("tables.md")).unwrap();
-        assert!(text.starts_with("# tabletop\n\nMind this.\n\n"), "{text}");
+        assert!(text.starts_with("# tabletop\n\nmodel def\n\nMind this.\n\n"), "{text}");
         assert_eq!(Results::read(&folder.path().join("a/tabletop")).unwrap().tables.len(), 1);
     }
 }

@@ -96,7 +96,11 @@ fn tables_and_rows_are_those_of_the_results_beside_them() {
         let manifest: Value =
             serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
         let shown = std::fs::read_to_string(folder.join(TABLES_FILE)).unwrap();
-        assert!(shown == markdown(&results, manifest["caveat"].as_str()), "{}", folder.display());
+        assert!(
+            shown == markdown(&results, manifest["model_hash"].as_str(), manifest["caveat"].as_str()),
+            "{}",
+            folder.display()
+        );
         for table in &results.tables {
             let rows = std::fs::read(folder.join(format!("{}.csv", table.name()))).unwrap();
             assert!(rows == csv(table).unwrap(), "{}, {}", folder.display(), table.name());

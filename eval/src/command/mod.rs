@@ -2,6 +2,7 @@
 
 mod check;
 mod dataset;
+mod entry;
 mod figures;
 mod import;
 mod look;

@@ -39,6 +39,11 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
                     Pairs::by_step(&truth.world_from_robot, poses)?.true_world_from_estimate_world();
                 estimates.push((name, poses.iter().map(|pose| alignment * pose).collect::<Vec<_>>()));
             }
+            let true_path = Trajectory::new(observations.timestamps.clone(), truth.world_from_robot.clone())?;
+            for entry in &scored.entries {
+                let aligned = entry.run(*seed, &true_path)?.aligned();
+                estimates.extend((!aligned.is_empty()).then_some((entry.name.as_str(), aligned)));
+            }
             let title = format!("{}, seed {}", scored.results.scene, seed.0);
             folder.write("trajectory.svg", top_view(&title, &truth, &estimates)?.as_bytes())?;
             if !observations.detections.is_empty() {

@@ -1,5 +1,6 @@
 //! `bench SCENE`: the whole line, from a scene file to tables and pictures.
 
+use super::entry::Entry;
 use super::{pictures, tables};
 use crate::cli::{RunArgs, StageArgs};
 use crate::error::BenchError;
@@ -34,6 +35,8 @@ pub struct Scored {
     pub episodes: Vec<(Seed, Result<EpisodeFolder, String>)>,
     /// The estimators' answers by seed.
     pub answers: Vec<(Seed, Vec<Answer>)>,
+    /// Estimators of others.
+    pub entries: Vec<Entry>,
     /// Scores on unseen instances, one a seed.
     pub unseen: Vec<Unseen>,
     /// Detections of objects in all episodes.
@@ -50,10 +53,15 @@ pub(super) fn seeds(file: &SceneFile, stages: &StageArgs) -> Vec<Seed> {
     }
 }
 
-/// Runs the line on a scene.
-pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
+/// Runs the line on a scene; `trajectories` are folders of other estimators'.
+pub fn score(scene: &Path, stages: &StageArgs, trajectories: &[PathBuf]) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer)?;
     let seeds = seeds(&pipeline.file, stages);
+    let entries = Entry::open(trajectories, &tables::row_names(), &seeds)?;
+    if let (Some(path), true) = (trajectories.first(), pipeline.file.robot.path.stations()) {
+        let reason = "no robot drives in this scene; leave the option out".to_owned();
+        return Err(BenchError::Entry { path: path.clone(), reason });
+    }
     let mut manifest = Manifest::new(&pipeline.scene_hash, &seeds);
     manifest.renderer = renderer(&pipeline);
     manifest.options = serde_json::to_value(stages)?;
@@ -82,8 +90,15 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let viewing = loaded.model.viewing();
     let unseen = unseen(&pipeline, &tests, Subject::Viewing(&*viewing), &loaded.hash)?;
     clock.stage("unseen instances");
-    let scored =
-        tables::tables(&pipeline.file.estimator.rows, &seeds, &episodes, &answers, &unseen, &loaded)?;
+    let scored = tables::tables(
+        &pipeline.file.estimator.rows,
+        &entries,
+        &seeds,
+        &episodes,
+        &answers,
+        &unseen,
+        &loaded,
+    )?;
 
     manifest.model_hash = Some(loaded.hash.clone());
     manifest.caveat = caveat(&pipeline, loaded.model.inner())?.map(|what| format!("The model {what}."));
@@ -97,6 +112,7 @@ pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
         manifest,
         episodes,
         answers,
+        entries,
         unseen,
     })
 }
@@ -154,7 +170,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let scene = args.scene.clone().unwrap_or_default();
     let file: SceneFile = scene_file::read(&scene)?;
     ResultFolder::check(&out, &file.name, Of::Scene)?;
-    let scored = score(&scene, &args.stages)?;
+    let scored = score(&scene, &args.stages, &args.trajectories)?;
     print(&scored, stdout)?;
     let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
     let (name, progress) = (&scored.results.scene, Progress::detect());

@@ -1,5 +1,6 @@
 //! Answers and truth -> the tables of a scene.
 
+use super::entry::Entry;
 use crate::error::BenchError;
 use crate::metric::Metric;
 use crate::pipeline::{Answer, LoadedModel, SeedEpisode, TABLES, Unseen};
@@ -9,6 +10,7 @@ use crate::score::object::object_errors;
 use crate::score::pairs::Pairs;
 use crate::score::rpe::rpe;
 use crate::table::{Outcome, Run, Table};
+use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Detection, Seed, Truth};
@@ -24,6 +26,10 @@ const TRAJECTORY: [Metric; 7] = [
     Metric::ObjectCenter,
     Metric::ObjectOrientation,
 ];
+/// What the semantic row is called in place of [`Row::ViewpointDependent`]'s name.
+const DISCRETE_CLASS: &str = "discrete_class";
+const VIEWPOINT_PREDICTIVE: &str = "viewpoint_predictive";
+
 /// The tables, and what they are of.
 pub struct Tables {
     /// `trajectory` where there are episodes, and those of unseen instances.
@@ -32,9 +38,10 @@ pub struct Tables {
     pub detections: usize,
 }
 
-/// Scores every answer against the truth of its episode.
+/// Scores every answer, and every entry's trajectory, against the truth of its episode.
 pub fn tables(
     rows: &[Row],
+    entries: &[Entry],
     seeds: &[Seed],
     episodes: &[SeedEpisode],
     answers: &[(Seed, Vec<Answer>)],
@@ -50,12 +57,21 @@ pub fn tables(
         let truth = match episode {
             Ok(episode) => {
                 let truth = read_truth(&episode.folder)?;
+                let observations = read_observations(&episode.folder)?;
                 let of_objects = |detection: &&Detection| detection.track < truth.objects.len();
-                detections +=
-                    read_observations(&episode.folder)?.detections.iter().filter(of_objects).count();
+                detections += observations.detections.iter().filter(of_objects).count();
+                runs.extend(entered(entries, *seed, observations.timestamps, &truth)?);
                 Some(truth)
             }
-            Err(_) => None,
+            Err(reason) => {
+                runs.extend(entries.iter().map(|entry| Run {
+                    method: entry.name.clone(),
+                    seed: *seed,
+                    outcome: Outcome::Failed(reason.clone()),
+                    scores: BTreeMap::new(),
+                }));
+                None
+            }
         };
         for answer in answers {
             let method = row_name(answer.row, semantic).to_owned();
@@ -63,7 +79,8 @@ pub fn tables(
             runs.push(Run { method, seed: *seed, outcome, scores });
         }
     }
-    let methods: Vec<&str> = rows.iter().map(|&row| row_name(row, semantic)).collect();
+    let ours = rows.iter().map(|&row| row_name(row, semantic));
+    let methods: Vec<&str> = ours.chain(entries.iter().map(|entry| entry.name.as_str())).collect();
     let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
     let mut tables = Vec::new();
     if !episodes.is_empty() {
@@ -80,10 +97,15 @@ pub fn tables(
 pub fn semantic_row(manifest: &ModelManifest) -> &'static str {
     let trained = manifest.training.details.as_ref().map(|details| details.spec.objective);
     match (manifest.kind, trained) {
-        (_, Some(Objective::DiscreteClass)) => "discrete_class",
-        (Kind::ViewpointPredictive, _) => "viewpoint_predictive",
+        (_, Some(Objective::DiscreteClass)) => DISCRETE_CLASS,
+        (Kind::ViewpointPredictive, _) => VIEWPOINT_PREDICTIVE,
         _ => Row::ViewpointDependent.name(),
     }
+}
+
+/// All names that rows of ours may have.
+pub fn row_names() -> Vec<&'static str> {
+    Row::ALL.map(Row::name).into_iter().chain([DISCRETE_CLASS, VIEWPOINT_PREDICTIVE]).collect()
 }
 
 /// The name of a row, given that of the semantic one.
@@ -102,18 +124,39 @@ fn scores(
     if let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) {
         let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
         let objects = object_errors(&pairs, &truth.objects, &answer.scored_objects(truth.objects.len()));
-        let relative = rpe(&pairs);
-        let values = [
-            ate(&pairs),
-            ate_umeyama(&pairs),
-            heading_error(&pairs),
-            relative.translation,
-            relative.rotation,
-            objects.center,
-            objects.orientation.filter(|_| heading || !answer.row.is_semantic()),
-        ];
-        scores
-            .extend(TRAJECTORY.into_iter().zip(values).filter_map(|(metric, value)| Some((metric, value?))));
+        let orientation = objects.orientation.filter(|_| heading || !answer.row.is_semantic());
+        scores.extend(of_poses(&pairs));
+        scores.extend(objects.center.map(|error| (Metric::ObjectCenter, error)));
+        scores.extend(orientation.map(|error| (Metric::ObjectOrientation, error)));
     }
     Ok(scores)
+}
+
+/// The entries on a seed.
+fn entered(
+    entries: &[Entry],
+    seed: Seed,
+    timestamps: Vec<f64>,
+    truth: &Truth,
+) -> Result<Vec<Run>, BenchError> {
+    let truth = Trajectory::new(timestamps, truth.world_from_robot.clone())?;
+    let run = |entry: &Entry| {
+        let entered = entry.run(seed, &truth)?;
+        let scores = entered.pairs.as_ref().map(of_poses).unwrap_or_default();
+        Ok(Run { method: entry.name.clone(), seed, outcome: entered.outcome, scores })
+    };
+    entries.iter().map(run).collect()
+}
+
+/// The scores of the robot's poses.
+fn of_poses(pairs: &Pairs) -> BTreeMap<Metric, f64> {
+    let relative = rpe(pairs);
+    let values = [
+        (Metric::Ate, ate(pairs)),
+        (Metric::AteUmeyama, ate_umeyama(pairs)),
+        (Metric::Heading, heading_error(pairs)),
+        (Metric::RpeTranslation, relative.translation),
+        (Metric::RpeRotation, relative.rotation),
+    ];
+    values.into_iter().filter_map(|(metric, value)| Some((metric, value?))).collect()
 }
