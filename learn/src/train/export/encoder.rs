@@ -97,13 +97,10 @@ fn turned_mean(b: &mut GraphBuilder, weights: &Weights, x: &str, mean: &Dense) {
     let (select_cos, select_sin) = selections(layout, numbers);
     let mut cos = Dense { weight: vec![0.0; numbers * dimension], bias: vec![0.0; dimension] };
     cos.bias[..invariant].fill(1.0);
-    for (row, selected) in cos.weight.chunks_mut(dimension).zip(select_cos.chunks(pairs)) {
-        row[invariant..invariant + pairs].copy_from_slice(selected);
-        row[invariant + pairs..].copy_from_slice(selected);
+    for (row, selected) in cos.weight.chunks_mut(dimension).zip(select_cos.chunks(2 * pairs)) {
+        row[invariant..].copy_from_slice(selected);
     }
-    let signed =
-        |row: &[f32]| row.iter().map(|&number| -number).chain(row.iter().copied()).collect::<Vec<_>>();
-    let sin: Vec<f32> = select_sin.chunks(pairs).flat_map(signed).collect();
+    let sin: Vec<f32> = select_sin.iter().map(|&number| -number).collect();
     let by_cos = dense(b, "mean.cos", "conditioning", &cos);
     let straight = dense(b, "mean.straight", x, mean);
     let straight = b.node("Mul", &[&straight, &by_cos], "mean.by_cos");

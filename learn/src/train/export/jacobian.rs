@@ -1,6 +1,6 @@
 //! The decoder's and the predictor's derivatives as a graph.
 
-use super::{Hidden, conditioning, decoder, dense, predicted};
+use super::{Hidden, PAIRS, conditioning, decoder, dense, predicted};
 use crate::architecture::Architecture;
 use crate::onnx::build::GraphBuilder;
 use crate::role::Kind;
@@ -52,11 +52,10 @@ pub(super) fn jacobian(b: &mut GraphBuilder, weights: &Weights) {
         let unseen = b.weight("unseen_measurement", &[measurement, measurement], &zeros);
         b.node("Identity", &[&unseen], "d_measurement");
     }
-    let [_, pairs] = b.split("latent", [("unturning", layout.invariant), ("pairs", 2 * layout.pairs())]);
     let [to_pairs, to_told] = turning(architecture);
     let shape = [layout.dimension() - layout.invariant + seen, 2 * layout.pairs()];
     let to_pairs = made(b, "turning.pairs", told, &to_pairs, shape);
-    let to_told = made(b, &format!("turning.{told}"), &pairs, &to_told, [shape[0], numbers]);
+    let to_told = made(b, &format!("turning.{told}"), PAIRS, &to_told, [shape[0], numbers]);
     let d_pairs = b.node("MatMul", &[&turned, &to_pairs], "d_pairs");
     b.node("MatMul", &[&turned, &to_told], &format!("d_{told}"));
     b.concat(&[&invariant, &d_pairs], "d_latent");

@@ -77,6 +77,9 @@ fn dense(b: &mut GraphBuilder, output: &str, input: &str, layer: &Dense) -> Stri
 }
 
 /// The latent turned by `-azimuth` into the camera's yaw frame; as it is, and no node, where nothing turns.
+///
+/// Pairs (`f`, `g`) become `c f + s g` and `c g - s f` by the cosine `c` and sine `s` of `m azimuth`: all pairs by their cosines, and
+/// all pairs with their numbers swapped by their signed sines, which tract multiplies and adds as it stores them.
 fn turned(b: &mut GraphBuilder, architecture: &Architecture) -> String {
     let output = "latent_in_camera";
     let (layout, told) = (architecture.latent, conditioning(architecture));
@@ -85,32 +88,47 @@ fn turned(b: &mut GraphBuilder, architecture: &Architecture) -> String {
         return "latent".into();
     }
     let name = |part: &str| format!("{output}.{part}");
-    let parts = [name("invariant"), name("first"), name("second")];
-    let sized = [(&*parts[0], layout.invariant), (&*parts[1], pairs), (&*parts[2], pairs)];
-    let [invariant, first, second] = b.split("latent", sized);
+    let [invariant, straight] = b.split("latent", [("unturning", layout.invariant), (PAIRS, 2 * pairs)]);
     let (cos, sin) = selections(layout, numbers);
-    let select_cos = b.weight("select_cos", &[numbers, pairs], &cos);
-    let select_sin = b.weight("select_sin", &[numbers, pairs], &sin);
-    let cos = b.node("MatMul", &[told, &select_cos], &name("cos"));
-    let sin = b.node("MatMul", &[told, &select_sin], &name("sin"));
-    let mut product = |x: &str, y: &str, output: &str| b.node("Mul", &[x, y], &name(output));
-    let (cf, sg) = (product(&cos, &first, "cf"), product(&sin, &second, "sg"));
-    let (sf, cg) = (product(&sin, &first, "sf"), product(&cos, &second, "cg"));
-    let (x, y) = (b.node("Add", &[&cf, &sg], &name("x")), b.node("Sub", &[&cg, &sf], &name("y")));
-    b.concat(&[&invariant, &x, &y], output)
+    let cos = b.weight("select_cos", &[numbers, 2 * pairs], &cos);
+    let sin = b.weight("select_sin", &[numbers, 2 * pairs], &sin);
+    let swap = b.weight("swap", &[2 * pairs, 2 * pairs], &swap(pairs));
+    let cos = b.node("MatMul", &[told, &cos], &name("cos"));
+    let sin = b.node("MatMul", &[told, &sin], &name("sin"));
+    let swapped = b.node("MatMul", &[&straight, &swap], &name("swapped"));
+    let by_cos = b.node("Mul", &[&cos, &straight], &name("by_cos"));
+    let by_sin = b.node("Mul", &[&swapped, &sin], &name("by_sin"));
+    let turned = b.node("Add", &[&by_sin, &by_cos], &name("pairs"));
+    b.concat(&[&invariant, &turned], output)
 }
 
-/// `[numbers, pairs]` matrices that give each pair the cosine and sine of its harmonic.
+/// What a graph calls the part of a latent that turns.
+const PAIRS: &str = "pairs";
+
+/// `[numbers, 2 pairs]` matrices that give the numbers of each pair the cosine and the sine of its harmonic, the second number the
+/// negative sine.
 fn selections(layout: LatentLayout, numbers: usize) -> (Vec<f32>, Vec<f32>) {
     let pairs = layout.pairs();
-    let mut cos = vec![0.0; numbers * pairs];
+    let mut cos = vec![0.0; numbers * 2 * pairs];
     let mut sin = cos.clone();
-    for pair in 0..pairs {
-        let row = 2 * (layout.harmonic(pair) - 1);
-        cos[row * pairs + pair] = 1.0;
-        sin[(row + 1) * pairs + pair] = 1.0;
+    for (column, sign) in
+        (0..pairs).map(|pair| (pair, 1.0)).chain((pairs..2 * pairs).map(|column| (column, -1.0)))
+    {
+        let row = 2 * (layout.harmonic(column % pairs) - 1);
+        cos[row * 2 * pairs + column] = 1.0;
+        sin[(row + 1) * 2 * pairs + column] = sign;
     }
     (cos, sin)
+}
+
+/// A `[2 pairs, 2 pairs]` matrix that swaps the numbers of each pair.
+fn swap(pairs: usize) -> Vec<f32> {
+    let both = 2 * pairs;
+    let mut swap = vec![0.0; both * both];
+    for from in 0..both {
+        swap[from * both + (from + pairs) % both] = 1.0;
+    }
+    swap
 }
 
 /// The decoder up to its last hidden layer.
