@@ -62,12 +62,12 @@ impl Architecture {
         Some(Self {
             convention,
             trunk: vec![24, 48, 96],
-            features: 256,
+            features: spec.features_dim,
             measurement: spec.measurement_dim,
             encoder: vec![256, 256],
             latent,
             latent_is_class: spec.objective == Objective::DiscreteClass,
-            decoder: vec![256, 256],
+            decoder: vec![spec.decoder_width; 2],
             decoder_sees_azimuth: convention == Some(Convention::AzimuthHarmonics)
                 || (turns && latent.pairs() == 0),
             decoder_sees_source: spec.objective == Objective::ViewpointPredictive

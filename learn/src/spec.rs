@@ -156,6 +156,14 @@ pub struct TrainingSpec {
     /// Numbers in the reduced measurement of a crop.
     #[garde(range(min = 1, max = 256))]
     pub measurement_dim: usize,
+    /// Numbers of the trunk's features, which the reduced measurement is made of; 256 by default.
+    #[garde(range(min = 1, max = 1024))]
+    #[serde(skip_serializing_if = "is_usual_width")]
+    pub features_dim: usize,
+    /// Numbers in each of the decoder's two hidden layers; 256 by default.
+    #[garde(range(min = 1, max = 1024))]
+    #[serde(skip_serializing_if = "is_usual_width")]
+    pub decoder_width: usize,
     /// Weight of the image's likelihood beside that of the reduced measurement.
     #[garde(range(min = 0.0, max = 100.0), custom(not_nan))]
     pub image_weight: f64,
@@ -207,6 +215,8 @@ impl Default for TrainingSpec {
             learning_rate: 1e-3,
             latent_dim: 128,
             measurement_dim: 32,
+            features_dim: USUAL_WIDTH,
+            decoder_width: USUAL_WIDTH,
             image_weight: 1.0,
             instance_term: InstanceTerm::default(),
             instance_sigma: 1.0,
@@ -251,6 +261,12 @@ impl TrainingSpec {
 // Settings that came later do not enter the hash of scenes that leave them as they were.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
+}
+
+const USUAL_WIDTH: usize = 256;
+
+fn is_usual_width(width: &usize) -> bool {
+    *width == USUAL_WIDTH
 }
 
 /// Most pairs for each harmonic: what turns derivatives are matrices of the square of all pairs.
@@ -326,5 +342,19 @@ mod tests {
         let spec: TrainingSpec = serde_json::from_str(r#"{"steps": 7}"#).unwrap();
         assert_eq!(spec, TrainingSpec { steps: 7, ..TrainingSpec::default() });
         assert!(serde_json::from_str::<TrainingSpec>(r#"{"step": 7}"#).is_err());
+    }
+
+    #[test]
+    fn sizes_of_networks_are_checked_and_written_where_they_are_not_the_usual() {
+        let narrow = TrainingSpec { features_dim: 128, decoder_width: 192, ..TrainingSpec::default() };
+        let architecture = crate::architecture::Architecture::new(&narrow).unwrap();
+        assert_eq!((architecture.features, architecture.decoder), (128, vec![192, 192]));
+        let written = |spec: &TrainingSpec| serde_json::to_string(spec).unwrap();
+        assert!(written(&narrow).contains(r#""features_dim":128,"decoder_width":192"#));
+        assert!(!written(&TrainingSpec::default()).contains("256"));
+        assert_eq!(serde_json::from_str::<TrainingSpec>(&written(&narrow)).unwrap(), narrow);
+        let none = TrainingSpec { features_dim: 0, decoder_width: 2000, ..narrow };
+        let report = none.validate().unwrap_err().to_string();
+        assert!(report.contains("features_dim") && report.contains("decoder_width"), "{report}");
     }
 }
