@@ -70,9 +70,6 @@ pub struct RunArgs {
     /// Folder that gets a folder of results by the scene's name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Folder of another estimator's trajectories, `<seed>.tum` each; its row has the folder's name. May be given more than once.
-    #[arg(long, value_name = "DIR")]
-    pub trajectories: Vec<PathBuf>,
     /// How it is made.
     #[command(flatten)]
     pub stages: StageArgs,
@@ -260,6 +257,10 @@ pub struct StageArgs {
     /// Seeds 0 to N - 1 instead of those of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub seeds: Option<u64>,
+    /// Folder of another estimator's trajectories, `<seed>.tum` each; its row has the folder's name. May be given more than once.
+    #[arg(long, value_name = "DIR")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub trajectories: Vec<PathBuf>,
 }
 
 /// How a dataset is written.

@@ -34,6 +34,9 @@ pub struct Manifest {
     /// Of a study, the hash of the model of each variant that names a folder, by the variant.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub model_hashes: BTreeMap<String, String>,
+    /// Hashes of other estimators' trajectories, by the name of their row.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub trajectories: BTreeMap<String, String>,
     /// What a reader of the scores has to know of the model; written above the tables, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub caveat: Option<String>,
@@ -101,6 +104,7 @@ impl Manifest {
             dataset_hash: None,
             model_hash: None,
             model_hashes: BTreeMap::new(),
+            trajectories: BTreeMap::new(),
             caveat: None,
             seeds: seeds.iter().map(|seed| seed.0).collect(),
             renderer: Renderer::default(),

@@ -9,9 +9,9 @@ use crate::results::{self, Results};
 /// Name of the file of all tables.
 pub const TABLES: &str = "tables.md";
 
-/// All tables as Markdown, below which model was scored, by its hash, and what a reader has to know of it.
+/// All tables as Markdown, under the hash of the model that was scored and what a reader has to know of it.
 pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) -> String {
-    let model = model.map(|hash| format!("\nmodel {hash}\n")).unwrap_or_default();
+    let model = model.map(|hash| format!("\nScored model: {hash}\n")).unwrap_or_default();
     let caveat = caveat.map(|caveat| format!("\n{caveat}\n")).unwrap_or_default();
     let tables = results.tables.iter().map(|table| format!("\n{}", tables(table, Style::Markdown)));
     format!("# {}\n{model}{caveat}{}", results.scene, tables.collect::<String>())
@@ -62,7 +62,7 @@ mod tests {
             ..Manifest::new("abc", &[Seed(0)])
         };
         let text = std::fs::read_to_string(written("c", runs(), &manifest).join("tables.md")).unwrap();
-        assert!(text.starts_with("# tabletop\n\nmodel def\n\nMind this.\n\n"), "{text}");
+        assert!(text.starts_with("# tabletop\n\nScored model: def\n\nMind this.\n\n"), "{text}");
         assert_eq!(Results::read(&folder.path().join("a/tabletop")).unwrap().tables.len(), 1);
     }
 }

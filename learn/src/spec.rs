@@ -156,8 +156,8 @@ pub struct TrainingSpec {
     /// Numbers in the reduced measurement of a crop.
     #[garde(range(min = 1, max = 256))]
     pub measurement_dim: usize,
-    /// Numbers of the trunk's features, which the reduced measurement is made of; 256 by default.
-    #[garde(range(min = 1, max = 1024))]
+    /// Numbers of the trunk's features, which the reduced measurement is made of: at least as many as that has; 256 by default.
+    #[garde(range(min = 1, max = 1024), custom(hold_measurement(self)))]
     #[serde(skip_serializing_if = "is_usual_width")]
     pub features_dim: usize,
     /// Numbers in each of the decoder's two hidden layers; 256 by default.
@@ -286,6 +286,18 @@ fn leaves_invariant(spec: &TrainingSpec) -> impl FnOnce(&usize, &()) -> garde::R
     }
 }
 
+fn hold_measurement(spec: &TrainingSpec) -> impl FnOnce(&usize, &()) -> garde::Result + '_ {
+    move |&features, ()| {
+        let measurement = spec.measurement_dim;
+        if features >= measurement {
+            return Ok(());
+        }
+        Err(garde::Error::new(format!(
+            "is {features}: with a measurement_dim of {measurement} it has to be at least that"
+        )))
+    }
+}
+
 fn beside_viewpoints(spec: &TrainingSpec) -> impl FnOnce(&f64, &()) -> garde::Result + '_ {
     move |&weight, ()| {
         if weight == 0.0 || spec.convention().is_some() {
@@ -353,8 +365,10 @@ mod tests {
         assert!(written(&narrow).contains(r#""features_dim":128,"decoder_width":192"#));
         assert!(!written(&TrainingSpec::default()).contains("256"));
         assert_eq!(serde_json::from_str::<TrainingSpec>(&written(&narrow)).unwrap(), narrow);
-        let none = TrainingSpec { features_dim: 0, decoder_width: 2000, ..narrow };
-        let report = none.validate().unwrap_err().to_string();
+        let told = |spec: TrainingSpec| spec.validate().unwrap_err().to_string();
+        let report = told(TrainingSpec { features_dim: 1025, decoder_width: 0, ..narrow.clone() });
         assert!(report.contains("features_dim") && report.contains("decoder_width"), "{report}");
+        let report = told(TrainingSpec { features_dim: 31, measurement_dim: 32, ..narrow });
+        assert!(report.contains("features_dim: is 31: with a measurement_dim of 32"), "{report}");
     }
 }

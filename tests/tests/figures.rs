@@ -35,9 +35,9 @@ fn a_model_becomes_pictures_and_the_same_ones_on_any_number_of_threads() {
     let circles = svg.matches("<circle").count();
     assert!((20..=4 * 8 + 4).contains(&circles), "{circles}");
     assert!(["mug 1", "duck 1", "carton 1", "teapot 1"].iter().all(|name| svg.contains(name)));
-    // Of 32 numbers the shares in three intervals, and three in the legend.
+    // Of 16 numbers the shares in three intervals, and three in the legend.
     let svg = String::from_utf8(pictures[1].clone()).expect("text");
-    assert_eq!(svg.matches("<circle").count(), 3 * 32 + 3);
+    assert_eq!(svg.matches("<circle").count(), 3 * 16 + 3);
     for png in &pictures[2..] {
         let picture = image::load_from_memory(png).expect("a PNG").to_rgb8();
         let ink = picture.pixels().filter(|pixel| pixel.0 != [255; 3]).count();

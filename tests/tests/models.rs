@@ -10,10 +10,10 @@ fn the_committed_model_is_described() {
     told.expect(0, &[]);
     for words in [
         "viewpoint_dependent",
-        "128 numbers: 108 that do not turn, 10 pairs that do",
+        "68 numbers: 48 that do not turn, 10 pairs that do",
         "azimuth_harmonics",
         "decoder_jacobian",
-        "d_conditioning [32, 14]",
+        "d_conditioning [16, 14]",
         "127984 views of 8000 instances",
     ] {
         assert!(told.stdout.contains(words), "{words:?} is not in {}", told.stdout);
@@ -29,8 +29,8 @@ fn faults_are_told_with_their_place_and_end_with_5() {
 
     let manifest = fs::read_to_string(root().join("models/objects/model.yaml")).expect("the committed model");
     for (name, old, new, words) in [
-        ("key", "measurement: 32", "mesurement: 32", ["model.yaml:", "mesurement"]),
-        ("type", "dimension: 128", "dimension: many", ["model.yaml:", "dimension"]),
+        ("key", "measurement: 16", "mesurement: 16", ["model.yaml:", "mesurement"]),
+        ("type", "dimension: 68", "dimension: many", ["model.yaml:", "dimension"]),
         (
             "convention",
             "azimuth_harmonics",

@@ -16,7 +16,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = args.baseline.join(&scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
-    let fresh = score(&args.scene, &args.stages, &[])?;
+    let fresh = score(&args.scene, &args.stages)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::Terminal))?;
     let there = Machine::read(&folder);

@@ -1,7 +1,7 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
 use super::score::Scored;
-use super::tables::row_name;
+use super::tables::{TRUTH, row_name};
 use crate::error::BenchError;
 use crate::figure::contact_sheet::contact_sheet_png;
 use crate::figure::likelihood::likelihood_svg;
@@ -11,7 +11,7 @@ use crate::score::pairs::Pairs;
 use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
-use vantage_dataset::{Crop, Observations, Truth};
+use vantage_dataset::{Crop, Observations, Pose, Truth};
 use vantage_slam::Row;
 
 /// Crops of an object on the sheet.
@@ -24,10 +24,18 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
         let Ok(episode) = episode else { continue };
         let observations = read_observations(&episode.folder)?;
         let truth = read_truth(&episode.folder)?;
-        let answered = answers.iter().filter(|answer| !answer.world_from_robot.is_empty());
-        let rows =
-            answered.map(|answer| (row_name(answer.row, scored.semantic_row), &answer.world_from_robot));
-        for (name, poses) in [("truth", &truth.world_from_robot)].into_iter().chain(rows.clone()) {
+        let mut rows: Vec<(&str, Vec<Pose>)> = answers
+            .iter()
+            .filter(|answer| !answer.world_from_robot.is_empty())
+            .map(|answer| (row_name(answer.row, scored.semantic_row), answer.world_from_robot.clone()))
+            .collect();
+        for entry in &scored.entries {
+            rows.extend(
+                entry.run(*seed, &observations.timestamps).ok().map(|poses| (entry.name.as_str(), poses)),
+            );
+        }
+        let true_path = (TRUTH, truth.world_from_robot.clone());
+        for (name, poses) in std::iter::once(&true_path).chain(&rows) {
             let trajectory = Trajectory::new(observations.timestamps.clone(), poses.clone())?;
             folder.write_trajectory(&format!("{}/{name}.tum", seed.0), &trajectory)?;
         }
@@ -36,13 +44,8 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
             let mut estimates = Vec::new();
             for (name, poses) in rows {
                 let alignment =
-                    Pairs::by_step(&truth.world_from_robot, poses)?.true_world_from_estimate_world();
+                    Pairs::by_step(&truth.world_from_robot, &poses)?.true_world_from_estimate_world();
                 estimates.push((name, poses.iter().map(|pose| alignment * pose).collect::<Vec<_>>()));
-            }
-            let true_path = Trajectory::new(observations.timestamps.clone(), truth.world_from_robot.clone())?;
-            for entry in &scored.entries {
-                let aligned = entry.run(*seed, &true_path)?.aligned();
-                estimates.extend((!aligned.is_empty()).then_some((entry.name.as_str(), aligned)));
             }
             let title = format!("{}, seed {}", scored.results.scene, seed.0);
             folder.write("trajectory.svg", top_view(&title, &truth, &estimates)?.as_bytes())?;
@@ -60,11 +63,7 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
     Ok(())
 }
 
-fn top_view(
-    title: &str,
-    truth: &Truth,
-    estimates: &[(&str, Vec<vantage_dataset::Pose>)],
-) -> Result<String, BenchError> {
+fn top_view(title: &str, truth: &Truth, estimates: &[(&str, Vec<Pose>)]) -> Result<String, BenchError> {
     let objects: Vec<(&str, [f64; 2], f64)> = truth
         .objects
         .iter()

@@ -53,15 +53,14 @@ pub(super) fn seeds(file: &SceneFile, stages: &StageArgs) -> Vec<Seed> {
     }
 }
 
-/// Runs the line on a scene; `trajectories` are folders of other estimators'.
-pub fn score(scene: &Path, stages: &StageArgs, trajectories: &[PathBuf]) -> Result<Scored, BenchError> {
+/// Runs the line on a scene.
+pub fn score(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer)?;
     let seeds = seeds(&pipeline.file, stages);
-    let entries = Entry::open(trajectories, &tables::row_names(), &seeds)?;
-    if let (Some(path), true) = (trajectories.first(), pipeline.file.robot.path.stations()) {
-        let reason = "no robot drives in this scene; leave the option out".to_owned();
-        return Err(BenchError::Entry { path: path.clone(), reason });
+    if let (Some(folder), true) = (stages.trajectories.first(), pipeline.file.robot.path.stations()) {
+        return Err(Entry::undriven(folder));
     }
+    let entries = Entry::open(&stages.trajectories, &tables::taken_names(), &seeds, &pipeline.progress)?;
     let mut manifest = Manifest::new(&pipeline.scene_hash, &seeds);
     manifest.renderer = renderer(&pipeline);
     manifest.options = serde_json::to_value(stages)?;
@@ -101,6 +100,7 @@ pub fn score(scene: &Path, stages: &StageArgs, trajectories: &[PathBuf]) -> Resu
     )?;
 
     manifest.model_hash = Some(loaded.hash.clone());
+    manifest.trajectories.extend(entries.iter().map(|entry| (entry.name.clone(), entry.hash.clone())));
     manifest.caveat = caveat(&pipeline, loaded.model.inner())?.map(|what| format!("The model {what}."));
     let made = episodes.iter().map(|(_, episode)| episode.as_ref().map_or("none", |episode| &episode.seal));
     let views = tests.iter().map(|views| views.seal.as_str()).filter(|_| episodes.is_empty());
@@ -170,7 +170,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let scene = args.scene.clone().unwrap_or_default();
     let file: SceneFile = scene_file::read(&scene)?;
     ResultFolder::check(&out, &file.name, Of::Scene)?;
-    let scored = score(&scene, &args.stages, &args.trajectories)?;
+    let scored = score(&scene, &args.stages)?;
     print(&scored, stdout)?;
     let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
     let (name, progress) = (&scored.results.scene, Progress::detect());

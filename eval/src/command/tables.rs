@@ -10,7 +10,6 @@ use crate::score::object::object_errors;
 use crate::score::pairs::Pairs;
 use crate::score::rpe::rpe;
 use crate::table::{Outcome, Run, Table};
-use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Detection, Seed, Truth};
@@ -26,9 +25,12 @@ const TRAJECTORY: [Metric; 7] = [
     Metric::ObjectCenter,
     Metric::ObjectOrientation,
 ];
-/// What the semantic row is called in place of [`Row::ViewpointDependent`]'s name.
+/// The semantic row's name with a model of discrete classes.
 const DISCRETE_CLASS: &str = "discrete_class";
+/// The semantic row's name with a viewpoint-predictive model.
 const VIEWPOINT_PREDICTIVE: &str = "viewpoint_predictive";
+/// The name of the true trajectory among those of a seed.
+pub const TRUTH: &str = "truth";
 
 /// The tables, and what they are of.
 pub struct Tables {
@@ -60,16 +62,13 @@ pub fn tables(
                 let observations = read_observations(&episode.folder)?;
                 let of_objects = |detection: &&Detection| detection.track < truth.objects.len();
                 detections += observations.detections.iter().filter(of_objects).count();
-                runs.extend(entered(entries, *seed, observations.timestamps, &truth)?);
+                for entry in entries {
+                    runs.push(entered(entry, *seed, &observations.timestamps, &truth)?);
+                }
                 Some(truth)
             }
             Err(reason) => {
-                runs.extend(entries.iter().map(|entry| Run {
-                    method: entry.name.clone(),
-                    seed: *seed,
-                    outcome: Outcome::Failed(reason.clone()),
-                    scores: BTreeMap::new(),
-                }));
+                runs.extend(entries.iter().map(|entry| failed(entry, *seed, reason.clone())));
                 None
             }
         };
@@ -103,9 +102,9 @@ pub fn semantic_row(manifest: &ModelManifest) -> &'static str {
     }
 }
 
-/// All names that rows of ours may have.
-pub fn row_names() -> Vec<&'static str> {
-    Row::ALL.map(Row::name).into_iter().chain([DISCRETE_CLASS, VIEWPOINT_PREDICTIVE]).collect()
+/// Names that no other estimator may have: all that rows of ours can have, and that of the truth's file.
+pub fn taken_names() -> Vec<&'static str> {
+    Row::ALL.map(Row::name).into_iter().chain([DISCRETE_CLASS, VIEWPOINT_PREDICTIVE, TRUTH]).collect()
 }
 
 /// The name of a row, given that of the semantic one.
@@ -132,20 +131,18 @@ fn scores(
     Ok(scores)
 }
 
-/// The entries on a seed.
-fn entered(
-    entries: &[Entry],
-    seed: Seed,
-    timestamps: Vec<f64>,
-    truth: &Truth,
-) -> Result<Vec<Run>, BenchError> {
-    let truth = Trajectory::new(timestamps, truth.world_from_robot.clone())?;
-    let run = |entry: &Entry| {
-        let entered = entry.run(seed, &truth)?;
-        let scores = entered.pairs.as_ref().map(of_poses).unwrap_or_default();
-        Ok(Run { method: entry.name.clone(), seed, outcome: entered.outcome, scores })
+/// An entry on a seed.
+fn entered(entry: &Entry, seed: Seed, timestamps: &[f64], truth: &Truth) -> Result<Run, BenchError> {
+    let poses = match entry.run(seed, timestamps) {
+        Ok(poses) => poses,
+        Err(reason) => return Ok(failed(entry, seed, reason)),
     };
-    entries.iter().map(run).collect()
+    let scores = of_poses(&Pairs::by_step(&truth.world_from_robot, &poses)?);
+    Ok(Run { method: entry.name.clone(), seed, outcome: Outcome::Done, scores })
+}
+
+fn failed(entry: &Entry, seed: Seed, reason: String) -> Run {
+    Run { method: entry.name.clone(), seed, outcome: Outcome::Failed(reason), scores: BTreeMap::new() }
 }
 
 /// The scores of the robot's poses.

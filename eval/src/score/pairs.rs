@@ -110,7 +110,8 @@ impl Pairs {
     }
 }
 
-fn nearest(timestamps: &[f64], t: f64, max_difference: f64) -> Option<usize> {
+/// The index of the timestamp nearest to `t`, within `max_difference`.
+pub(crate) fn nearest(timestamps: &[f64], t: f64, max_difference: f64) -> Option<usize> {
     let after = timestamps.partition_point(|&x| x <= t);
     let candidates = [after.checked_sub(1), (after < timestamps.len()).then_some(after)];
     candidates

@@ -89,20 +89,20 @@ fn turned(b: &mut GraphBuilder, architecture: &Architecture) -> String {
     }
     let name = |part: &str| format!("{output}.{part}");
     let [invariant, straight] = b.split("latent", [("unturning", layout.invariant), (PAIRS, 2 * pairs)]);
-    let (cos, sin) = selections(layout, numbers);
-    let cos = b.weight("select_cos", &[numbers, 2 * pairs], &cos);
-    let sin = b.weight("select_sin", &[numbers, 2 * pairs], &sin);
-    let swap = b.weight("swap", &[2 * pairs, 2 * pairs], &swap(pairs));
-    let cos = b.node("MatMul", &[told, &cos], &name("cos"));
-    let sin = b.node("MatMul", &[told, &sin], &name("sin"));
-    let swapped = b.node("MatMul", &[&straight, &swap], &name("swapped"));
+    let (select_cos, select_sin) = selections(layout, numbers);
+    b.weight("select_cos", &[numbers, 2 * pairs], &select_cos);
+    b.weight("select_sin", &[numbers, 2 * pairs], &select_sin);
+    b.weight("swap", &[2 * pairs, 2 * pairs], &swap(pairs));
+    let cos = b.node("MatMul", &[told, "select_cos"], &name("cos"));
+    let sin = b.node("MatMul", &[told, "select_sin"], &name("sin"));
+    let swapped = b.node("MatMul", &[&straight, "swap"], &name("swapped"));
     let by_cos = b.node("Mul", &[&cos, &straight], &name("by_cos"));
     let by_sin = b.node("Mul", &[&swapped, &sin], &name("by_sin"));
     let turned = b.node("Add", &[&by_sin, &by_cos], &name("pairs"));
     b.concat(&[&invariant, &turned], output)
 }
 
-/// What a graph calls the part of a latent that turns.
+/// What [`turned`] calls the part of a latent that turns, before it is turned.
 const PAIRS: &str = "pairs";
 
 /// `[numbers, 2 pairs]` matrices that give the numbers of each pair the cosine and the sine of its harmonic, the second number the
@@ -111,12 +111,10 @@ fn selections(layout: LatentLayout, numbers: usize) -> (Vec<f32>, Vec<f32>) {
     let pairs = layout.pairs();
     let mut cos = vec![0.0; numbers * 2 * pairs];
     let mut sin = cos.clone();
-    for (column, sign) in
-        (0..pairs).map(|pair| (pair, 1.0)).chain((pairs..2 * pairs).map(|column| (column, -1.0)))
-    {
+    for column in 0..2 * pairs {
         let row = 2 * (layout.harmonic(column % pairs) - 1);
         cos[row * 2 * pairs + column] = 1.0;
-        sin[(row + 1) * 2 * pairs + column] = sign;
+        sin[(row + 1) * 2 * pairs + column] = if column < pairs { 1.0 } else { -1.0 };
     }
     (cos, sin)
 }
