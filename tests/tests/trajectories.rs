@@ -1,5 +1,7 @@
 //! `bench SCENE --trajectories DIR`: somebody else's estimator, beside ours.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 use std::fs;
 use std::path::Path;
 use vantage_dataset::Pose;
