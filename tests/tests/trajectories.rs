@@ -44,7 +44,13 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
         text.lines().take(most).map(|line| format!("{line}\n")).collect::<String>(),
     )
     .unwrap();
-    Finished::of(&mut command).expect(0, &["no seed that is run, 01.tum first"]);
+    Finished::of(&mut command).expect(
+        0,
+        &[
+            "no seed that is run, 01.tum first",
+            "2 of 2 runs of lost failed, that of seed 0 first: there is no",
+        ],
+    );
 
     let results = Results::read(&scene.path("out/small")).unwrap();
     let table = results.tables.iter().find(|table| table.name() == "trajectory").unwrap();

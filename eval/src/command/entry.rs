@@ -36,7 +36,10 @@ impl Entry {
         let read = |folder: &PathBuf| {
             let name = named(folder)?;
             if !names.insert(name.clone()) {
-                return Err(wrong(folder, "another row has this folder's name; rename the folder"));
+                return Err(wrong(
+                    folder,
+                    "another row, or the truth, has this folder's name; rename the folder",
+                ));
             }
             let others = others(folder, seeds)?;
             if let Some(first) = others.first() {
@@ -70,9 +73,7 @@ impl Entry {
                 .update(&(text.len() as u64).to_le_bytes())
                 .update(text.as_bytes());
             let answer = match Trajectory::from_tum(&text) {
-                Err(error @ (TumError::Empty | TumError::Trajectory(TrajectoryError::NotFinite { .. }))) => {
-                    Err(format!("{file}: {error}"))
-                }
+                Err(error) if lost(&error) => Err(format!("{file}: {error}")),
                 Err(error) => return Err(wrong(&path, &error.to_string())),
                 Ok(trajectory) => near(trajectory).map_err(|reason| format!("{file}: {reason}")),
             };
@@ -105,7 +106,11 @@ impl Entry {
             timestamps.iter().filter_map(near).map(|index| answer.world_from_robot()[index]).collect();
         if found.len() < timestamps.len() {
             let (found, steps) = (found.len(), timestamps.len());
-            return Err(format!("{}: {found} of {steps} steps have a pose within {bound} s", file(seed)));
+            let [theirs, ours] = [answer.timestamps(), timestamps].map(range);
+            return Err(format!(
+                "{}: {found} of {steps} steps have a pose within {bound} s; its times are {theirs} s, the steps' {ours} s",
+                file(seed)
+            ));
         }
         Ok(found)
     }
@@ -120,10 +125,18 @@ fn file(seed: Seed) -> String {
     format!("{}.tum", seed.0)
 }
 
+fn range(timestamps: &[f64]) -> String {
+    match timestamps {
+        [first, .., last] => format!("{first} to {last}"),
+        [only] => only.to_string(),
+        [] => "none".to_owned(),
+    }
+}
+
 /// The name of a row, of a folder that is there.
 fn named(folder: &Path) -> Result<String, BenchError> {
     if !folder.is_dir() {
-        return Err(wrong(folder, "no such folder; expected one of <seed>.tum"));
+        return Err(wrong(folder, "it is no folder; expected one of <seed>.tum"));
     }
     let absolute = || folder.canonicalize().ok()?.file_name().map(ToOwned::to_owned);
     let name =
@@ -150,6 +163,15 @@ fn near(trajectory: Trajectory) -> Result<Trajectory, String> {
     match trajectory.world_from_robot().iter().position(far) {
         Some(index) => Err(format!("pose {index} is more than {FARTHEST} m away")),
         None => Ok(trajectory),
+    }
+}
+
+/// Whether an estimator that has lost its way writes such a file.
+fn lost(error: &TumError) -> bool {
+    match error {
+        TumError::Empty | TumError::Trajectory(TrajectoryError::NotFinite { .. }) => true,
+        TumError::Quaternion { norm, .. } => !norm.is_finite(),
+        _ => false,
     }
 }
 
@@ -209,6 +231,11 @@ mod tests {
         assert!(told(2, &STEPS).contains("3 of 4 steps"), "{}", told(2, &STEPS));
         assert!(told(3, &STEPS).contains("3 of 4 steps"), "{}", told(3, &STEPS));
         assert!(told(4, &STEPS).contains("1 of 4 steps"), "{}", told(4, &STEPS));
+        assert!(
+            told(4, &STEPS).contains("times are 0 to 0.03 s, the steps' 0 to 0.3 s"),
+            "{}",
+            told(4, &STEPS)
+        );
         assert!(told(4, &[0.0, 0.005, 0.01]).contains("2 of 3 steps"), "{}", told(4, &[0.0, 0.005, 0.01]));
         assert_eq!(told(5, &STEPS), "there is no 5.tum");
     }
@@ -216,12 +243,14 @@ mod tests {
     #[test]
     fn an_estimator_that_got_lost_has_failed() {
         let folder = Folder::new();
-        let written = ["# lost\n", "0 inf 0 0 0 0 0 1\n", "0 1e200 0 0 0 0 0 1\n"];
+        let written =
+            ["# lost\n", "0 inf 0 0 0 0 0 1\n", "0 1e200 0 0 0 0 0 1\n", "0 0 0 0 NaN NaN NaN NaN\n"];
         for (seed, text) in written.iter().enumerate() {
             std::fs::write(folder.path().join(format!("{seed}.tum")), text).unwrap();
         }
-        let entry = folder.open(&[], &[Seed(0), Seed(1), Seed(2)]).unwrap();
-        for (seed, words) in [(0, "no pose"), (1, "not finite"), (2, "pose 0 is more than")] {
+        let entry = folder.open(&[], &[0, 1, 2, 3].map(Seed)).unwrap();
+        for (seed, words) in [(0, "no pose"), (1, "not finite"), (2, "pose 0 is more than"), (3, "norm NaN")]
+        {
             let told = entry.run(Seed(seed), &STEPS).unwrap_err();
             assert!(told.contains(words), "{told}");
         }
@@ -244,7 +273,7 @@ mod tests {
         assert!(told(&[]).contains("7.tum: "), "{}", told(&[]));
         let open =
             |name: &str| Entry::open(&[folder.0.path().join(name)], &[], &[Seed(7)], &Progress::detect());
-        assert!(open("none").unwrap_err().to_string().contains("no such folder"));
+        assert!(open("none").unwrap_err().to_string().contains("it is no folder"));
         std::fs::create_dir(folder.0.path().join("a|b")).unwrap();
         assert!(open("a|b").unwrap_err().to_string().contains("letters, digits"));
     }

@@ -18,7 +18,7 @@ use crate::result_folder::{Of, ResultFolder};
 use crate::results::Results;
 use crate::scene_file::{self, SceneFile};
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
-use crate::table::{Outcome, Table};
+use crate::table::{Outcome, Run, Table};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -180,6 +180,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     folder.write("viewpoint.md", format!("# {name}\n\n{viewpoints}").as_bytes())?;
     report::write(folder, &scored.results, &scored.manifest)?;
     progress.note(&written);
+    told_of_failures(&scored, &progress);
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
@@ -195,6 +196,25 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
         return Err(BenchError::NothingSeen { scene });
     }
     Ok(Exit::Success)
+}
+
+/// Says how many runs of each other estimator failed, and why the first did.
+fn told_of_failures(scored: &Scored, progress: &Progress) {
+    let runs: Vec<&Run> = scored.results.tables.iter().flat_map(Table::runs).collect();
+    for entry in &scored.entries {
+        let of_entry = || runs.iter().filter(|run| run.method == entry.name);
+        let failed = of_entry().filter_map(|run| match &run.outcome {
+            Outcome::Failed(reason) => Some((run.seed, reason)),
+            _ => None,
+        });
+        if let Some((seed, reason)) = failed.clone().next() {
+            let (failed, all, name) = (failed.count(), of_entry().count(), &entry.name);
+            progress.note(&format!(
+                "note: {failed} of {all} runs of {name} failed, that of seed {} first: {reason}",
+                seed.0
+            ));
+        }
+    }
 }
 
 /// Prints every table, and the viewpoint errors by family.
