@@ -70,6 +70,20 @@ impl ModelFolder {
         Ok(outputs.try_into().expect("a checked graph has the outputs of its role"))
     }
 
+    /// [`ModelFolder::run`] without a copy of the outputs.
+    pub(crate) fn read<const IN: usize, const OUT: usize, T>(
+        &self,
+        role: Role,
+        inputs: [&[f32]; IN],
+        read: impl FnOnce([&[f32]; OUT]) -> T,
+    ) -> Result<T, ModelError> {
+        let graph = self.graphs.get(&role).ok_or(ModelError::Absent { role })?;
+        let read = |outputs: &[&[f32]]| {
+            read(outputs.try_into().expect("a checked graph has the outputs of its role"))
+        };
+        graph.read(&inputs, read).map_err(|source| ModelError::Run { role, source })
+    }
+
     /// Runs a graph on its canary's input, as often as anyone likes.
     pub(crate) fn replay(&self, role: Role) -> Result<(), ModelError> {
         let graph = self.graphs.get(&role).ok_or(ModelError::Absent { role })?;

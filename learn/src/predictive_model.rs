@@ -76,13 +76,13 @@ impl PredictiveModel {
             });
         }
         let inputs = [&narrowed(e)[..], &narrowed(m), &narrowed(change)];
-        let [other, d_latent, d_measurement, d_change] = self.0.run(Role::PredictorJacobian, inputs)?;
-        Ok(PredictiveLinearization {
-            measurement: widened(&other),
-            d_latent: matrix(other.len(), &d_latent),
-            d_measurement: matrix(other.len(), &d_measurement),
-            d_change: matrix(other.len(), &d_change),
-        })
+        let read = |[other, d_latent, d_measurement, d_change]: [&[f32]; 4]| PredictiveLinearization {
+            measurement: widened(other),
+            d_latent: matrix(other.len(), d_latent),
+            d_measurement: matrix(other.len(), d_measurement),
+            d_change: matrix(other.len(), d_change),
+        };
+        self.0.read(Role::PredictorJacobian, inputs, read)
     }
 
     /// The other view's crop; an error of a model without the graph for that.

@@ -75,11 +75,10 @@ impl ViewpointModel {
             });
         }
         let inputs = [&narrowed(latent.as_slice())[..], &narrowed(x)];
-        let [m, d_latent, d_conditioning] = self.0.run(Role::DecoderJacobian, inputs)?;
-        Ok(Linearization {
-            measurement: widened(&m),
-            d_latent: matrix(m.len(), &d_latent),
-            d_conditioning: matrix(m.len(), &d_conditioning),
+        self.0.read(Role::DecoderJacobian, inputs, |[m, d_latent, d_conditioning]| Linearization {
+            measurement: widened(m),
+            d_latent: matrix(m.len(), d_latent),
+            d_conditioning: matrix(m.len(), d_conditioning),
         })
     }
 

@@ -60,6 +60,15 @@ impl Graph {
 
     /// Runs the graph: one slice an input, one vector an output, row-major; outputs are finite.
     pub(crate) fn run(&self, inputs: &[&[f32]]) -> Result<Vec<Vec<f32>>, GraphError> {
+        self.read(inputs, |outputs| outputs.iter().map(|numbers| numbers.to_vec()).collect())
+    }
+
+    /// [`Graph::run`] without a copy of the outputs.
+    pub(crate) fn read<T>(
+        &self,
+        inputs: &[&[f32]],
+        read: impl FnOnce(&[&[f32]]) -> T,
+    ) -> Result<T, GraphError> {
         let mut values = tvec!();
         for (spec, &data) in self.signature.inputs.iter().zip(inputs) {
             if !within(data, LARGEST_INPUT) {
@@ -79,16 +88,16 @@ impl Graph {
         });
         let (outputs, state) = ran.map_err(|reason| GraphError::Refused { reason })?;
         self.states().push(state);
-        let mut results = Vec::with_capacity(outputs.len());
+        let mut results: TVec<&[f32]> = tvec!();
         for (spec, value) in self.signature.outputs.iter().zip(outputs.iter()) {
-            let numbers = value.try_as_plain_ram().and_then(|plain| Ok(plain.as_slice::<f32>()?.to_vec()));
+            let numbers = value.try_as_plain_ram().and_then(|plain| plain.as_slice::<f32>());
             let numbers = numbers.map_err(|error| GraphError::Refused { reason: error.to_string() })?;
-            if !within(&numbers, f32::MAX) {
+            if !within(numbers, f32::MAX) {
                 return Err(GraphError::NonFiniteOutput { output: spec.name.clone() });
             }
             results.push(numbers);
         }
-        Ok(results)
+        Ok(read(&results))
     }
 
     fn states(&self) -> MutexGuard<'_, Vec<TypedSimpleState>> {
