@@ -9,17 +9,16 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{Pose, Seed};
 
-/// Farthest that a pose may lie from the origin, metres.
+/// Largest magnitude of a coordinate, metres.
 const FARTHEST: f64 = 1e6;
 
 /// An estimator by what it answered: a folder of `<seed>.tum`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Entry {
     /// The folder's name, which its row has.
     pub name: String,
     /// BLAKE3 of the files that were read, by seed.
     pub hash: String,
-    folder: PathBuf,
     /// Each seed's trajectory, or why it counts as failed.
     answers: BTreeMap<Seed, Result<Trajectory, String>>,
 }
@@ -86,10 +85,10 @@ impl Entry {
                 &format!("no trajectory of the seeds that are run; expected {first} and so on"),
             ));
         }
-        Ok(Self { name, hash: hasher.finalize().to_hex().to_string(), folder: folder.to_owned(), answers })
+        Ok(Self { name, hash: hasher.finalize().to_hex().to_string(), answers })
     }
 
-    /// The poses at the times of an episode's steps, or why the run counts as failed.
+    /// `world_from_robot`, in the entry's own world frame, at the times of an episode's steps (seconds), or why the run counts as failed.
     ///
     /// Every step needs one, so that all rows are scored on the same steps: within [`MAX_TIME_DIFFERENCE`], and nearer than half a
     /// step, so that none serves twice.

@@ -200,7 +200,8 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
 
 /// Says how many runs of each other estimator failed, and why the first did.
 fn told_of_failures(scored: &Scored, progress: &Progress) {
-    let runs: Vec<&Run> = scored.results.tables.iter().flat_map(Table::runs).collect();
+    let trajectories = scored.results.tables.iter().filter(|table| table.name() == tables::TRAJECTORIES);
+    let runs: Vec<&Run> = trajectories.flat_map(Table::runs).collect();
     for entry in &scored.entries {
         let of_entry = || runs.iter().filter(|run| run.method == entry.name);
         let failed = of_entry().filter_map(|run| match &run.outcome {

@@ -29,6 +29,8 @@ const TRAJECTORY: [Metric; 7] = [
 const DISCRETE_CLASS: &str = "discrete_class";
 /// The semantic row's name with a viewpoint-predictive model.
 const VIEWPOINT_PREDICTIVE: &str = "viewpoint_predictive";
+/// The name of the table of trajectories.
+pub const TRAJECTORIES: &str = "trajectory";
 /// The name of the true trajectory among those of a seed.
 pub const TRUTH: &str = "truth";
 
@@ -83,7 +85,7 @@ pub fn tables(
     let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
     let mut tables = Vec::new();
     if !episodes.is_empty() {
-        tables.push(Table::new("trajectory", &methods, reference, &TRAJECTORY, seeds, runs)?);
+        tables.push(Table::new(TRAJECTORIES, &methods, reference, &TRAJECTORY, seeds, runs)?);
     }
     for table in &TABLES {
         let of = |seed: &Unseen| seed.runs.get(table.name).cloned().unwrap_or_default();
