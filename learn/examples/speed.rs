@@ -7,6 +7,7 @@
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
 
+use mimalloc::MiMalloc;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,6 +17,10 @@ use vantage_dataset::{Seed, Split};
 use vantage_learn::{
     LatentGaussian, Progress, Stage, Training, TrainingDevice, TrainingSpec, ViewpointModel, train,
 };
+
+/// As in `bench`.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 const STEPS: u32 = 30;
 const RUNS: usize = 301;

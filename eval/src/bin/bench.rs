@@ -1,9 +1,14 @@
 //! `bench`: parse, run, and end with the documented exit code.
 
+use mimalloc::MiMalloc;
 use std::process::ExitCode;
 use vantage_eval::cli::Cli;
 use vantage_eval::exit::end;
 use vantage_eval::run::run;
+
+/// Calls of models and estimates allocate a lot: see docs/speed.md.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 fn main() -> ExitCode {
     let cli = Cli::of_process();

@@ -166,7 +166,9 @@ mod tests {
         let other = compare(&less, &only(&METHODS[2..])).unwrap();
         assert_eq!((other.count(Movement::Regressed), other.count(Movement::New)), (4, 2));
         assert!(other.report(Style::Terminal).contains("No score of a single seed is in both"));
-        assert_eq!(compare(&all, &less).unwrap().count(Movement::Regressed), 2);
+        let lacking = compare(&all, &less).unwrap();
+        assert_eq!(lacking.count(Movement::Regressed), 2);
+        assert!(lacking.report(Style::Terminal).contains("REGRESSED: not there any more"));
         assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);
         let empty = Results::new("tabletop", "abc", vec![]);
         assert_eq!(compare(&all, &empty).unwrap().count(Movement::Regressed), 6);
