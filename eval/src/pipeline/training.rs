@@ -34,8 +34,8 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
 pub fn train(pipeline: &Pipeline, device: &TrainingDevice, folder: &Path) -> Result<(), BenchError> {
     let TrainingSpec { trunk_steps, steps, .. } = pipeline.file.training.model;
     pipeline.progress.note(&format!(
-        "training a model of {}, in {trunk_steps} and {steps} steps (8000 and 20000, those of the reference models, take ten \
-         minutes or more on two cores)",
+        "training a model of {}, in {trunk_steps} and {steps} steps (8000 and 20000 take ten minutes or more \
+         on two cores)",
         pipeline.file.name
     ));
     let training = shown_views(pipeline, Split::Train)?;
