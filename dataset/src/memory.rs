@@ -12,7 +12,7 @@ static KEPT: Once = Once::new();
 ///
 /// Freeing a mapped block raises glibc's `M_MMAP_THRESHOLD` to its size, and `M_TRIM_THRESHOLD` to twice that (mallopt(3)). What is
 /// freed then stays in the process, where it would be unmapped and faulted in again, page by page. Without effect under other
-/// allocators, on 32 bits, or where the environment sets one of the thresholds.
+/// allocators, such as that of `bench`, on 32 bits, or where the environment sets one of the thresholds.
 pub fn keep_freed() {
     // Only the first block is mapped: later ones would come from the memory that is kept, and be cleared.
     KEPT.call_once(|| drop(std::hint::black_box(vec![0_u8; BLOCK])));
