@@ -36,6 +36,15 @@ fn results(scene: &SmallScene) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn results_are_written_though_standard_output_takes_nothing() {
+    let scene = SmallScene::new(&[]);
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a full device");
+    Finished::of(scene.command().stdout(full)).expect(6, &["standard output"]);
+    results(&scene);
+}
+
+#[test]
 fn runs_agree_to_the_byte_on_one_thread_and_on_two_and_from_the_cache() {
     let one = SmallScene::new(&[]);
     Finished::of(one.command().env("RAYON_NUM_THREADS", "1")).expect(0, &[]);

@@ -6,7 +6,7 @@ use vantage_eval::cli::Cli;
 use vantage_eval::exit::end;
 use vantage_eval::run::run;
 
-/// Calls of models and estimates allocate a lot: see docs/speed.md.
+/// By which calls of models take less time: see docs/speed.md.
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
 

@@ -163,7 +163,7 @@ fn dataset_hash<'a>(seals: impl Iterator<Item = (&'a Seed, &'a str)>) -> String 
     hasher.finalize().to_hex().to_string()
 }
 
-/// Runs the line, prints the tables and writes results, trajectories and pictures below `args.out`.
+/// Runs the line, writes results, trajectories and pictures below `args.out`, and prints the tables.
 pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     // Required by the command line whenever there is no other command.
@@ -171,7 +171,6 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let file: SceneFile = scene_file::read(&scene)?;
     ResultFolder::check(&out, &file.name, Of::Scene)?;
     let scored = score(&scene, &args.stages)?;
-    print(&scored, stdout)?;
     let viewpoints = viewpoint_table(&scored.unseen, Style::Markdown);
     let (name, progress) = (&scored.results.scene, Progress::detect());
     let folder = ResultFolder::open(&out, name, Of::Scene, &progress)?;
@@ -180,6 +179,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     folder.write("viewpoint.md", format!("# {name}\n\n{viewpoints}").as_bytes())?;
     report::write(folder, &scored.results, &scored.manifest)?;
     progress.note(&written);
+    print(&scored, stdout)?;
     told_of_failures(&scored, &progress);
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {

@@ -123,9 +123,6 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             Table::new(table.name, &names, Some(names[0]), table.metrics(), &seeds, runs)
         })
         .collect::<Result<Vec<_>, _>>()?;
-    for table in tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
-        writeln!(stdout, "{}", render::tables(table, Style::Terminal))?;
-    }
     let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
     let notes = format!(
         "# {}\n\n{}\n\nScored: {}.\n\n{}",
@@ -144,7 +141,11 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     }
     let scored =
         tables.iter().flat_map(Table::runs).any(|run| run.outcome == Outcome::Done && !run.scores.is_empty());
-    report::write(folder, &Results::new(&study.name, &hash, tables), &manifest)?;
+    let results = Results::new(&study.name, &hash, tables);
+    report::write(folder, &results, &manifest)?;
+    for table in results.tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
+        writeln!(stdout, "{}", render::tables(table, Style::Terminal))?;
+    }
     Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }
 

@@ -101,7 +101,7 @@ fn cells(comparison: &Comparison) -> Vec<String> {
     let verdict = match comparison.movement {
         Movement::Still => "still",
         Movement::Improved => "improved: baseline out of date",
-        Movement::Regressed if comparison.fresh.is_none() => "REGRESSED: not there any more",
+        Movement::Regressed if comparison.fresh.is_none() => "REGRESSED: no run has it any more",
         Movement::Regressed => "REGRESSED",
         Movement::Unclear if shift.is_some_and(|shift| shift.mean.n == 1) => "MOVED, on one seed alone",
         Movement::Unclear => "MOVED, too unlike by seed to say which way",

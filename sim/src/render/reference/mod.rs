@@ -32,7 +32,7 @@ pub struct ReferenceRenderer {
 impl ReferenceRenderer {
     /// A renderer; it needs nothing of the machine.
     ///
-    /// The whole process keeps more of the memory that it frees: some tens of megabytes.
+    /// The whole process keeps more of the memory that it frees, some tens of megabytes: see [`memory::keep_freed`].
     pub fn new() -> Self {
         memory::keep_freed();
         Self { canvas: Canvas::default() }
