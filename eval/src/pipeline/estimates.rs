@@ -2,9 +2,9 @@
 
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, code};
 use crate::error::BenchError;
-use crate::output::OutputError;
+use crate::result::output_folder::OutputError;
+use crate::result::table::Outcome;
 use crate::score::object::ObjectEstimate;
-use crate::table::Outcome;
 use nalgebra::{Point3, UnitQuaternion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
