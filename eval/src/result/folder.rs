@@ -19,7 +19,7 @@ const PARTIAL: &str = "manifest.partial.json";
 /// What is read of a manifest, or of what stood in its place when a run was killed.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Before {
-    /// ResultKind manifests that have it; of older ones the command tells.
+    /// Of manifests that have it; of older ones the command tells.
     of: Option<ResultKind>,
     #[serde(default, skip_serializing)]
     command: Vec<String>,
@@ -28,7 +28,7 @@ struct Before {
 }
 
 impl Before {
-    /// That of a folder without a manifest of ours is empty. ResultKind one that does not say what it is of, no file is believed to be ours.
+    /// That of a folder without a manifest of ours is empty. Of one that does not say what it is of, no file is believed to be ours.
     fn read(folder: &Path) -> Self {
         let text = [FILE_NAME, PARTIAL].iter().find_map(|name| fs::read_to_string(folder.join(name)).ok());
         let before: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
