@@ -39,6 +39,9 @@ pub struct Answer {
     pub dropped: usize,
 }
 
+/// A seed and the answers of all rows.
+pub type SeedAnswers = (Seed, Vec<Answer>);
+
 /// An object as it is stored.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,7 +99,7 @@ pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     model: &LoadedModel,
-) -> Result<Vec<(Seed, Vec<Answer>)>, BenchError> {
+) -> Result<Vec<SeedAnswers>, BenchError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
     let (cache, note) = (&pipeline.cache, &pipeline.progress);

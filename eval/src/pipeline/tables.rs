@@ -1,6 +1,6 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Pipeline, SeedEpisode};
+use super::{Answer, LoadedModel, Pipeline, SeedAnswers, SeedEpisode};
 use crate::error::BenchError;
 use crate::result::row_name::{row_name, semantic_row};
 use crate::result::table::{Outcome, Run, Table};
@@ -29,7 +29,7 @@ pub fn tables(
     seeds: &[Seed],
     entries: &[Entry],
     episodes: &[SeedEpisode],
-    answers: &[(Seed, Vec<Answer>)],
+    answers: &[SeedAnswers],
     unseen: &[Unseen],
     model: &LoadedModel,
 ) -> Result<Tables, BenchError> {

@@ -25,7 +25,7 @@ pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Re
     }
     let text = markdown(results, manifest.model_hash.as_deref(), manifest.caveat.as_deref());
     folder.write(TABLES, text.as_bytes())?;
-    folder.write(results::FILE_NAME, results.to_json()?.as_bytes())?;
+    folder.write(results_file::FILE_NAME, results.to_json()?.as_bytes())?;
     folder.finish(manifest)
 }
 

@@ -4,8 +4,8 @@ use super::record::Record;
 use crate::command::cli::StageArgs;
 use crate::error::BenchError;
 use crate::pipeline::{
-    Answer, LoadedModel, Pipeline, SeedEpisode, chosen_model, episodes, estimates, model, tables, test_views,
-    unseen,
+    LoadedModel, Pipeline, SeedAnswers, SeedEpisode, chosen_model, episodes, estimates, model, tables,
+    test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
@@ -55,7 +55,7 @@ fn drive(
     seeds: &[Seed],
     model: &LoadedModel,
     record: &mut Record,
-) -> Result<(Vec<SeedEpisode>, Vec<(Seed, Vec<Answer>)>), BenchError> {
+) -> Result<(Vec<SeedEpisode>, Vec<SeedAnswers>), BenchError> {
     if !pipeline.drives() {
         let told = "note: no robot drives in this scene: single views are scored, and no trajectory";
         pipeline.progress.note(told);
@@ -96,7 +96,7 @@ pub struct Scored {
     /// The episodes by seed, or why there is none; empty where no robot drives.
     pub episodes: Vec<SeedEpisode>,
     /// The estimators' answers by seed.
-    pub answers: Vec<(Seed, Vec<Answer>)>,
+    pub answers: Vec<SeedAnswers>,
     /// Estimators of others.
     pub entries: Vec<Entry>,
     /// Scores on unseen instances, one a seed.
