@@ -8,8 +8,7 @@
 //! | BigBIRD (Singh et al. 2014) | an image of one object on a turntable | [`bigbird::BigBirdWriter`] | [`bigbird::read_objects`] | |
 //! | Active Vision (Ammirato et al. 2017) | an image of a home, in a grid | [`avd::AvdWriter`] | [`avd::read_scan`] | |
 //! | g2o | a pose graph | [`g2o::encode`] | | g2o, GTSAM, Ceres, SE-Sync |
-//!
-//! TUM trajectories are a file of an episode's own folder: see [`vantage_dataset::store::write_tum`].
+//! | TUM | a pose | [`write_tum`](vantage_dataset::store::write_tum) | [`Trajectory::from_tum`] | evo, the TUM RGB-D tools |
 //!
 //! | module | what it holds |
 //! |---|---|
@@ -41,6 +40,7 @@ mod picture;
 mod rigid;
 mod rle;
 mod shard;
+pub mod trajectory;
 
 #[cfg(test)]
 mod tests;
@@ -53,6 +53,7 @@ pub use rle::Rle;
 pub use shard::{
     FORMAT, Inventory, LayoutManifest, ObjectRecord, Opened, SET_ASIDE, ShardRecord, verify_layout,
 };
+pub use trajectory::{Trajectory, TrajectoryError, TumError};
 
 use std::path::Path;
 use vantage_dataset::ObjectTruth;

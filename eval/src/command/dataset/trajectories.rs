@@ -3,8 +3,8 @@
 use super::claim::claimed;
 use super::{Format, Index, Need, Source};
 use crate::error::BenchError;
-use crate::output::OutputFolder;
-use crate::trajectory::Trajectory;
+use crate::result::output_folder::OutputFolder;
+use crate::result::trajectory::Trajectory;
 use std::path::Path;
 use vantage_dataset::{Seed, Split};
 use vantage_formats::{Inventory, g2o};

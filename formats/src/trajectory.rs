@@ -6,6 +6,7 @@
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use thiserror::Error;
 use vantage_dataset::Pose;
+use vantage_dataset::se3::is_finite;
 
 /// Poses with timestamps that never go back, all finite. (TUM's own ground truth repeats some.)
 #[derive(Clone, Debug, PartialEq)]
@@ -147,11 +148,6 @@ impl Trajectory {
         }
         Ok(Self::new(timestamps, poses)?)
     }
-}
-
-/// Whether all numbers of a pose are finite.
-pub(crate) fn is_finite(pose: &Pose) -> bool {
-    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
 }
 
 fn parse_line(text: &str, line: usize) -> Result<(f64, Pose), TumError> {

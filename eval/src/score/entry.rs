@@ -1,14 +1,27 @@
 //! Trajectories of somebody else's estimator, beside ours.
 
-use crate::error::BenchError;
+use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
-use crate::score::pairs::{MAX_TIME_DIFFERENCE, nearest};
-use crate::trajectory::{Trajectory, TrajectoryError, TumError};
+use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use thiserror::Error;
+use vantage_dataset::store::read_regular;
 use vantage_dataset::{Pose, Seed};
 
+/// Trajectories of another estimator that cannot be scored.
+#[derive(Debug, Error)]
+#[error("--trajectories {}: {reason}", path.display())]
+pub struct EntryError {
+    /// The folder, or the file in it.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub reason: String,
+}
+
+/// Largest file, bytes: some 400 000 poses.
+const LARGEST_FILE: u64 = 64 << 20;
 /// Largest magnitude of a coordinate, metres.
 const FARTHEST: f64 = 1e6;
 
@@ -30,7 +43,7 @@ impl Entry {
         taken: &[&str],
         seeds: &[Seed],
         progress: &Progress,
-    ) -> Result<Vec<Self>, BenchError> {
+    ) -> Result<Vec<Self>, EntryError> {
         let mut names: BTreeSet<String> = taken.iter().map(|&name| name.to_owned()).collect();
         let read = |folder: &PathBuf| {
             let name = named(folder)?;
@@ -53,12 +66,12 @@ impl Entry {
         folders.iter().map(read).collect()
     }
 
-    fn read(name: String, folder: &Path, seeds: &[Seed]) -> Result<Self, BenchError> {
+    fn read(name: String, folder: &Path, seeds: &[Seed]) -> Result<Self, EntryError> {
         let (mut answers, mut hasher, mut found) = (BTreeMap::new(), blake3::Hasher::new(), false);
         for &seed in seeds {
             let file = file(seed);
             let path = folder.join(&file);
-            let text = match std::fs::read_to_string(&path) {
+            let text = match text(&path) {
                 Ok(text) => text,
                 Err(error) if error.kind() == ErrorKind::NotFound => {
                     answers.insert(seed, Err(format!("there is no {file}")));
@@ -115,7 +128,7 @@ impl Entry {
     }
 
     /// That no robot drives in the scene.
-    pub fn undriven(folder: &Path) -> BenchError {
+    pub fn undriven(folder: &Path) -> EntryError {
         wrong(folder, "no robot drives in this scene; leave the option out")
     }
 }
@@ -133,7 +146,7 @@ fn range(timestamps: &[f64]) -> String {
 }
 
 /// The name of a row, of a folder that is there.
-fn named(folder: &Path) -> Result<String, BenchError> {
+fn named(folder: &Path) -> Result<String, EntryError> {
     if !folder.is_dir() {
         return Err(wrong(folder, "it is no folder; expected one of <seed>.tum"));
     }
@@ -146,7 +159,7 @@ fn named(folder: &Path) -> Result<String, BenchError> {
 }
 
 /// Trajectories in the folder that no seed asks for.
-fn others(folder: &Path, seeds: &[Seed]) -> Result<Vec<String>, BenchError> {
+fn others(folder: &Path, seeds: &[Seed]) -> Result<Vec<String>, EntryError> {
     let asked: BTreeSet<String> = seeds.iter().copied().map(file).collect();
     let entries = std::fs::read_dir(folder).map_err(|error| wrong(folder, &error.to_string()))?;
     let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
@@ -174,8 +187,13 @@ fn lost(error: &TumError) -> bool {
     }
 }
 
-fn wrong(path: &Path, reason: &str) -> BenchError {
-    BenchError::Entry { path: path.to_owned(), reason: reason.to_owned() }
+fn text(path: &Path) -> io::Result<String> {
+    let bytes = read_regular(path, LARGEST_FILE)?;
+    String::from_utf8(bytes).map_err(|_| io::Error::new(ErrorKind::InvalidData, "it is not UTF-8 text"))
+}
+
+fn wrong(path: &Path, reason: &str) -> EntryError {
+    EntryError { path: path.to_owned(), reason: reason.to_owned() }
 }
 
 #[cfg(test)]
@@ -203,9 +221,25 @@ mod tests {
             std::fs::write(self.path().join(name), lines.collect::<String>()).unwrap();
         }
 
-        fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, BenchError> {
+        fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, EntryError> {
             let entries = Entry::open(&[self.path()], taken, seeds, &Progress::detect());
             entries.map(|mut entries| entries.remove(0))
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_or_a_device_in_place_of_a_file_is_told_and_not_read() {
+        for kind in ["pipe", "endless"] {
+            let folder = Folder::new();
+            let path = folder.path().join("7.tum");
+            if kind == "pipe" {
+                assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+            } else {
+                std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+            }
+            let told = Entry::read("mine".to_owned(), &folder.path(), &[Seed(7)]).unwrap_err().to_string();
+            assert!(told.contains("7.tum: it is not a regular file"), "{told}");
         }
     }
 
