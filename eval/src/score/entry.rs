@@ -4,9 +4,10 @@ use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
 use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::store::read_regular;
 use vantage_dataset::{Pose, Seed};
 
 /// Trajectories of another estimator that cannot be scored.
@@ -19,6 +20,8 @@ pub struct EntryError {
     pub reason: String,
 }
 
+/// Largest file, bytes: some 400 000 poses.
+const LARGEST_FILE: u64 = 64 << 20;
 /// Largest magnitude of a coordinate, metres.
 const FARTHEST: f64 = 1e6;
 
@@ -68,7 +71,7 @@ impl Entry {
         for &seed in seeds {
             let file = file(seed);
             let path = folder.join(&file);
-            let text = match std::fs::read_to_string(&path) {
+            let text = match text(&path) {
                 Ok(text) => text,
                 Err(error) if error.kind() == ErrorKind::NotFound => {
                     answers.insert(seed, Err(format!("there is no {file}")));
@@ -184,6 +187,11 @@ fn lost(error: &TumError) -> bool {
     }
 }
 
+fn text(path: &Path) -> io::Result<String> {
+    let bytes = read_regular(path, LARGEST_FILE)?;
+    String::from_utf8(bytes).map_err(|_| io::Error::new(ErrorKind::InvalidData, "it is not UTF-8 text"))
+}
+
 fn wrong(path: &Path, reason: &str) -> EntryError {
     EntryError { path: path.to_owned(), reason: reason.to_owned() }
 }
@@ -216,6 +224,22 @@ mod tests {
         fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, EntryError> {
             let entries = Entry::open(&[self.path()], taken, seeds, &Progress::detect());
             entries.map(|mut entries| entries.remove(0))
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_or_a_device_in_place_of_a_file_is_told_and_not_read() {
+        for kind in ["pipe", "endless"] {
+            let folder = Folder::new();
+            let path = folder.path().join("7.tum");
+            if kind == "pipe" {
+                assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+            } else {
+                std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+            }
+            let told = Entry::read("mine".to_owned(), &folder.path(), &[Seed(7)]).unwrap_err().to_string();
+            assert!(told.contains("7.tum: it is not a regular file"), "{told}");
         }
     }
 
