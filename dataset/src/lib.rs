@@ -14,6 +14,7 @@ pub mod crop;
 pub mod episode;
 pub mod episode_views;
 pub mod instance;
+pub mod jpeg;
 pub mod layout;
 pub mod mask;
 pub mod memory;

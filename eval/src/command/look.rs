@@ -14,12 +14,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Camera, Pose, Seed, Split, View};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Catalog;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::choice::open;
 use vantage_sim::render::{Renderer, Shot};
 use vantage_sim::rollout::{Rollout, roll_out};
-use vantage_sim::scene::{CheckedScene, RoomSpec};
+use vantage_sim::scene::RoomSpec;
 use vantage_sim::views::training_views;
 
 /// Longer side of the picture of the world and of each image of the camera, pixels.

@@ -40,9 +40,9 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use vantage_dataset::store::{Cache, Entry, Key, Origin};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::render::choice::{Opened, open};
 use vantage_sim::render::{Renderer, RendererInfo};
-use vantage_sim::scene::CheckedScene;
 
 /// Work of a killed run that nobody took up is removed after this time.
 const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 24 * 3600);

@@ -18,9 +18,8 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use vantage_dataset::Seed;
 use vantage_learn::TrainingSpec;
-use vantage_sim::scene::{
-    CheckedScene, RobotSpec, SceneError, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into,
-};
+use vantage_sim::checked::{CheckedScene, SceneError, SceneSpec, fits_into};
+use vantage_sim::scene::{RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
 use vantage_slam::EstimatorSpec;
 
 /// Version of the scene format.
@@ -72,12 +71,14 @@ impl SceneFile {
             sensors: self.sensors.clone(),
             views: self.views.clone(),
         };
-        CheckedScene::new(spec, path.parent().unwrap_or(Path::new(""))).map_err(|error| match error {
-            SceneError::Placement(misplaced) => {
-                let message = place::locate(&misplaced, path);
-                SceneFileError::Invalid { path: path.to_owned(), message }
+        CheckedScene::new(spec, path.parent().unwrap_or(Path::new("")), &mut |_| ()).map_err(|error| {
+            match error {
+                SceneError::Placement(misplaced) => {
+                    let message = place::locate(&misplaced, path);
+                    SceneFileError::Invalid { path: path.to_owned(), message }
+                }
+                source => SceneFileError::Rules { path: path.to_owned(), source },
             }
-            source => SceneFileError::Rules { path: path.to_owned(), source },
         })
     }
 }

@@ -8,9 +8,9 @@ use std::fs;
 use std::path::Path;
 use vantage_dataset::layout::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
 use vantage_dataset::{Capture, InstanceId, ObjectTruth, Seed, Split};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Object;
 use vantage_sim::rollout::Rollout;
-use vantage_sim::scene::CheckedScene;
 
 /// Scenes have numbers of six digits.
 const MOST_SCENES: u64 = 1_000_000;

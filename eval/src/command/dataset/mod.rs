@@ -31,13 +31,13 @@ use vantage_dataset::layout::{BopLayout, CropLayout, Opened};
 use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed, Split};
 use vantage_sim::capture::capture;
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::episode::{OnLook, observe};
 use vantage_sim::error::Progress as Looked;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::Renderer;
 use vantage_sim::render::choice::open;
 use vantage_sim::rollout::{Rollout, roll_out};
-use vantage_sim::scene::CheckedScene;
 
 /// The most images in a shard of BOP's WebDataset, which allows a thousand.
 const IMAGES_PER_SHARD: u64 = 500;
