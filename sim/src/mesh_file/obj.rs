@@ -164,9 +164,6 @@ fn part(mesh: tobj::Mesh, soup: &mut Soup) -> Result<Part, MeshFault> {
     let triples = |numbers: Vec<f32>| -> Vec<[f32; 3]> { numbers.as_chunks().0.to_vec() };
     let positions = triples(mesh.positions);
     let normals = triples(mesh.normals);
-    if !normals.iter().flatten().all(|x| x.is_finite()) {
-        return Err(MeshFault::NotFinite("vertex normal"));
-    }
     let uvs: Vec<[f32; 2]> = mesh.texcoords.as_chunks().0.iter().map(|&[u, v]| [u, 1.0 - v]).collect();
     let whole = |len: usize| len == positions.len();
     if textured && !whole(uvs.len()) {

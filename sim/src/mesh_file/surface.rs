@@ -93,10 +93,11 @@ fn facets(soup: &Soup, units: Units) -> Result<Vec<Facet>, MeshFault> {
             return Err(MeshFault::NotFinite("texture coordinate"));
         }
         let point = |i: u32| units.up.to_z_up(part.positions[i as usize]) * units.metres_per_unit;
-        // A normal that is none is made anew from the triangles.
+        // A normal that is none, as YCB's mug has some, is made anew from the triangles.
         let normal = |i: u32| {
             let given = part.normals.as_ref().map(|normals| units.up.to_z_up(normals[i as usize]));
-            given.and_then(|n| n.try_normalize(1e-6)).unwrap_or_else(Vector3::zeros)
+            let unit = given.and_then(|n| n.try_normalize(1e-6));
+            unit.filter(|n| n.iter().all(|x| x.is_finite())).unwrap_or_else(Vector3::zeros)
         };
         let uv = |i: u32| part.uvs.as_ref().map_or([0.0; 2], |uvs| uvs[i as usize].map(f64::from));
         facets.extend(part.triangles.iter().map(|corners| Facet {

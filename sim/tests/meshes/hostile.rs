@@ -138,21 +138,20 @@ fn materials_that_are_not_there_or_cannot_be_read() {
 }
 
 #[test]
-fn normals_of_no_length_are_made_anew_and_those_that_are_no_numbers_refused() {
+fn normals_that_are_none_are_made_anew() {
     let folder = cube_folder();
-    let cube = |number: &str| {
+    for number in ["nan", "inf", "0"] {
         let faces = obj_faces(&FACES);
         let faces =
             ["/1", "/2", "/3", "/4"].iter().fold(faces, |text, uv| text.replace(uv, &format!("{uv}/1")));
-        obj_vertices() + &format!("vn {number} {number} {number}\n") + &faces
-    };
-    let mesh = load(write(folder.path(), "bad.obj", &cube("0")));
-    let normals = &mesh.object.model.mesh.normals;
-    assert_eq!(normals.len(), 24);
-    assert!(normals.iter().all(|n| n.iter().filter(|x| x.abs() == 1.0).count() == 1), "{normals:?}");
-    for number in ["nan", "inf"] {
-        let fault = refused_obj(&cube(number), &["vertex normal"]);
-        assert!(matches!(fault, MeshFault::NotFinite(_)), "{number}: {fault:?}");
+        let normal = format!("vn {number} {number} {number}\n");
+        let mesh = load(write(folder.path(), "bad.obj", &(obj_vertices() + &normal + &faces)));
+        let normals = &mesh.object.model.mesh.normals;
+        assert_eq!(normals.len(), 24, "{number}");
+        assert!(
+            normals.iter().all(|n| n.iter().filter(|x| x.abs() == 1.0).count() == 1),
+            "{number}: {normals:?}"
+        );
     }
 }
 

@@ -50,9 +50,6 @@ impl<'f, 's> Reader<'f, 's> {
         let count = positions.count();
         let positions: Vec<[f32; 3]> = self.floats(&positions, count)?;
         let normals = primitive.get(&Semantic::Normals).map(|a| self.floats::<3>(&a, count)).transpose()?;
-        if !normals.iter().flatten().flatten().all(|x| x.is_finite()) {
-            return Err(self.files.error(MeshFault::NotFinite("vertex normal")));
-        }
         let uvs = uvs.filter(|_| textured).map(|a| self.numbers::<2>(&a, count)).transpose()?;
         let corners = match primitive.indices() {
             Some(accessor) => self.indices(&accessor, count)?,
