@@ -1,0 +1,144 @@
+//! The output folder: found writable before any work, and written file by file so that none is ever half there.
+
+use crate::progress::Progress;
+use crate::result::trajectory::Trajectory;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use vantage_dataset::store::{FolderLock, StoreError, write_tum};
+
+/// File by which a folder is found writable.
+const PROBE: &str = ".probe.tmp";
+
+/// A folder that was found writable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputFolder(PathBuf);
+
+/// Why nothing can be written.
+#[derive(Debug, Error)]
+#[error("cannot write {}: {source}; choose another folder with --out, or make room", path.display())]
+pub struct OutputError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the system said.
+    pub source: io::Error,
+}
+
+impl OutputFolder {
+    /// Makes the folder where it is missing, and writes and removes a file in it.
+    pub fn probe(path: &Path) -> Result<Self, OutputError> {
+        let removed = |probe: &Path| match fs::remove_file(probe) {
+            // Another run may have been as far.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed,
+        };
+        // One name for all, so that what a killed run leaves is removed by the next one.
+        let probe = path.join(PROBE);
+        fs::create_dir_all(path)
+            .and_then(|()| write_synced(&probe, b"probe"))
+            .and_then(|()| removed(&probe))
+            .map_err(|source| OutputError { path: path.to_owned(), source })?;
+        Ok(Self(path.to_owned()))
+    }
+
+    /// The right to write into it, which another run gives up first if it has it.
+    pub fn lock(&self, progress: &Progress) -> Result<FolderLock, StoreError> {
+        FolderLock::take(&self.0, &|waiting| progress.note(&waiting.to_string()))
+    }
+
+    /// Whether it holds nothing.
+    pub fn is_empty(&self) -> Result<bool, OutputError> {
+        let entries = fs::read_dir(&self.0).map_err(|source| OutputError { path: self.0.clone(), source })?;
+        Ok(entries.flatten().all(|entry| FolderLock::is_named(&entry.file_name())))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Writes a file, its folders included: to a temporary name, synced, then renamed over what was there.
+    pub fn write(&self, relative: impl AsRef<Path>, bytes: &[u8]) -> Result<(), OutputError> {
+        let (path, temporary) = self.names(relative.as_ref());
+        make_parent(&path)
+            .and_then(|()| write_synced(&temporary, bytes))
+            .and_then(|()| fs::rename(&temporary, &path))
+            .map_err(|source| OutputError { path, source })
+    }
+
+    /// Writes a trajectory as a TUM file, in the same way.
+    pub fn write_trajectory(
+        &self,
+        relative: impl AsRef<Path>,
+        trajectory: &Trajectory,
+    ) -> Result<(), StoreError> {
+        self.write_with(relative, |path| {
+            write_tum(path, trajectory.timestamps(), trajectory.world_from_robot()).map(drop)
+        })
+    }
+
+    /// Has a file written under a temporary name, then renames it.
+    pub fn write_with(
+        &self,
+        relative: impl AsRef<Path>,
+        fill: impl FnOnce(&Path) -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        let (path, temporary) = self.names(relative.as_ref());
+        let refuse = |source| StoreError::Write { path: path.clone(), source };
+        make_parent(&path).map_err(refuse)?;
+        fill(&temporary)?;
+        fs::rename(&temporary, &path).map_err(refuse)
+    }
+
+    /// A file's name, and the temporary one it has until it is whole.
+    fn names(&self, relative: &Path) -> (PathBuf, PathBuf) {
+        let path = self.0.join(relative);
+        let mut temporary = path.clone().into_os_string();
+        temporary.push(".tmp");
+        (path, PathBuf::from(temporary))
+    }
+}
+
+fn make_parent(path: &Path) -> io::Result<()> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)
+}
+
+fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(bytes)?;
+    file.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vantage_dataset::Pose;
+
+    #[test]
+    fn files_are_written_whole_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = OutputFolder::probe(&folder.path().join("a/b")).unwrap();
+        out.write("scene/0/truth.tum", b"old").unwrap();
+        let track = Trajectory::new(vec![0.0, 0.1], vec![Pose::translation(1.0, 2.0, 3.0); 2]).unwrap();
+        out.write_trajectory("scene/0/truth.tum", &track).unwrap();
+        let text = fs::read_to_string(out.path().join("scene/0/truth.tum")).unwrap();
+        assert_eq!(Trajectory::from_tum(&text).unwrap(), track);
+        let names = |path: PathBuf| -> Vec<_> {
+            fs::read_dir(path).unwrap().map(|entry| entry.unwrap().file_name()).collect()
+        };
+        fs::write(out.path().join(PROBE), "of a killed run").unwrap();
+        OutputFolder::probe(out.path()).unwrap();
+        assert_eq!(names(out.path().to_owned()), ["scene"]);
+        assert_eq!(names(out.path().join("scene/0")), ["truth.tum"]);
+    }
+
+    #[test]
+    fn a_folder_below_a_file_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        let error = OutputFolder::probe(&file.join("out")).unwrap_err().to_string();
+        assert!(error.contains("file/out") && error.contains("--out"), "{error}");
+    }
+}

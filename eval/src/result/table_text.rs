@@ -1,0 +1,199 @@
+//! Tables as text: for the terminal, as Markdown, as CSV.
+
+use super::grid::{Style, UNDEFINED, draw};
+use crate::result::metric::Metric;
+use crate::result::statistics::Mean;
+use crate::result::table::{Outcome, Summary, Table};
+use std::collections::BTreeMap;
+
+/// Scores, then paired differences to the reference, each as mean and half width of the 95% interval; then why runs failed.
+pub fn tables(table: &Table, style: Style) -> String {
+    let n = table.seeds().len();
+    let summary = table.summary();
+    let over = if n == 1 { "one seed".to_owned() } else { format!("mean +- 95% interval over {n} seeds") };
+    let mut text = format!("{}, {over}\n\n", table.name());
+    text += &grid(table, &summary, style, |cell| score_text(table, cell), table.methods().iter());
+    if let Some(reference) = table.reference() {
+        text += &format!("\n\n{}, difference to {reference} on the same seed\n\n", table.name());
+        let others = table.methods().iter().filter(|m| *m != reference);
+        text += &grid(table, &summary, style, difference_text, others);
+    }
+    text.push('\n');
+    text + &failures(table)
+}
+
+/// A line for each reason that runs failed for, with their methods and seeds; empty where none did.
+fn failures(table: &Table) -> String {
+    let mut reasons: BTreeMap<&str, BTreeMap<&str, Vec<String>>> = BTreeMap::new();
+    for run in table.runs() {
+        if let Outcome::Failed(reason) = &run.outcome {
+            let methods = reasons.entry(reason).or_default();
+            methods.entry(&run.method).or_default().push(run.seed.0.to_string());
+        }
+    }
+    let line = |(reason, methods): (&str, BTreeMap<&str, Vec<String>>)| {
+        let runs = methods.iter().map(|(method, seeds)| {
+            let plural = if seeds.len() == 1 { "" } else { "s" };
+            format!("{method} on seed{plural} {}", seeds.join(", "))
+        });
+        let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
+        format!("\nFailed: {}: {reason}\n", runs.collect::<Vec<_>>().join("; "))
+    };
+    reasons.into_iter().map(line).collect()
+}
+
+fn grid<'a>(
+    table: &'a Table,
+    summary: &[Summary],
+    style: Style,
+    text: impl Fn(&Summary) -> String,
+    methods: impl Iterator<Item = &'a String>,
+) -> String {
+    let head = ["Method".to_owned(), "Runs".to_owned()].into_iter();
+    let head: Vec<String> = head.chain(table.metrics().iter().map(|m| m.heading())).collect();
+    let rows = methods
+        .map(|method| {
+            let cells = summary.iter().filter(|cell| cell.method == *method);
+            [method.clone(), runs_text(table, method)].into_iter().chain(cells.map(&text)).collect()
+        })
+        .collect();
+    draw(style, &head, rows)
+}
+
+/// `10`, or `10 (1 failed, 2 flagged)`.
+fn runs_text(table: &Table, method: &str) -> String {
+    let runs = table.runs_of(method);
+    let count = |is: fn(&Outcome) -> bool| runs.iter().filter(|run| is(&run.outcome)).count();
+    let failed = count(|o| matches!(o, Outcome::Failed(_)));
+    let flagged = count(|o| matches!(o, Outcome::Flagged(_)));
+    let notes: Vec<String> = [(failed, "failed"), (flagged, "flagged")]
+        .into_iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} {what}"))
+        .collect();
+    if notes.is_empty() { runs.len().to_string() } else { format!("{} ({})", runs.len(), notes.join(", ")) }
+}
+
+/// The mean; or, of a score whose mean says nothing, `0.906 to 0.982`.
+fn score_text(table: &Table, cell: &Summary) -> String {
+    if !cell.metric.is_either_extreme() {
+        return mean_text(cell.metric, cell.mean, cell.runs);
+    }
+    let runs = table.runs_of(&cell.method).iter().filter_map(|run| run.scores.get(&cell.metric).copied());
+    let scores: Vec<f64> = runs.collect();
+    let end = |pick: fn(f64, f64) -> f64| scores.iter().copied().reduce(pick);
+    let (Some(low), Some(high)) = (end(f64::min), end(f64::max)) else { return UNDEFINED.to_owned() };
+    let (low, high) = (cell.metric.display(low), cell.metric.display(high));
+    let ends = if low == high { low } else { format!("{low} to {high}") };
+    ends + &defined_on(scores.len(), cell.runs)
+}
+
+fn difference_text(cell: &Summary) -> String {
+    let difference = cell.difference.filter(|_| !cell.metric.is_either_extreme());
+    mean_text(cell.metric, difference, cell.runs)
+}
+
+/// `0.1234 +- 0.0123`, of one run `0.1234`, with ` (n=9)` where the score is not defined on all runs, or a dash.
+fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
+    let Some(mean) = mean else { return UNDEFINED.to_owned() };
+    let half_width = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
+    format!("{}{half_width}{}", metric.display(mean.mean), defined_on(mean.n, runs))
+}
+
+fn defined_on(n: usize, runs: usize) -> String {
+    if n < runs { format!(" (n={n})") } else { String::new() }
+}
+
+/// Every run, one a line, SI units; an undefined score is an empty field. Numbers read back to the same bits.
+pub fn csv(table: &Table) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let head = ["method", "seed", "outcome"].into_iter().chain(table.metrics().iter().map(|m| m.column()));
+    writer.write_record(head)?;
+    for run in table.runs() {
+        let outcome = match &run.outcome {
+            Outcome::Done => "done".to_owned(),
+            Outcome::Flagged(why) => format!("flagged: {why}"),
+            Outcome::Failed(why) => format!("failed: {why}"),
+        };
+        let scores =
+            table.metrics().iter().map(|m| run.scores.get(m).map(f64::to_string).unwrap_or_default());
+        writer
+            .write_record([run.method.clone(), run.seed.0.to_string(), outcome].into_iter().chain(scores))?;
+    }
+    writer.into_inner().map_err(|error| error.into_error().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::table::tests::{METHODS, run, runs, table};
+    use vantage_dataset::Seed;
+
+    #[test]
+    fn markdown_shows_means_differences_dashes_and_counts() {
+        let mut runs = runs();
+        for run in runs.iter_mut().filter(|r| r.method == "odometry") {
+            run.scores.remove(&Metric::Heading);
+        }
+        runs[2].outcome = Outcome::Failed("no, \"really\"".into());
+        runs[2].scores.clear();
+        runs[5].outcome = Outcome::Flagged("iteration limit".into());
+        let table = table(runs).unwrap();
+        let text = tables(&table, Style::Markdown);
+        let line = |start: &str, nth: usize| {
+            let found: Vec<&str> = text.lines().filter(|l| l.starts_with(start)).collect();
+            found[nth].split('|').map(|c| c.trim().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(line("| Method", 0), ["", "Method", "Runs", "ATE [m]", "Heading [deg]", ""]);
+        assert_eq!(line("| odometry", 0), ["", "odometry", "4", "1.0000 +- 0.0000", "-", ""]);
+        assert_eq!(line("| geometric", 0)[3], "0.6500 +- 0.2054");
+        assert_eq!(line("| viewpoint_dependent", 0)[2], "4 (1 failed, 1 flagged)");
+        assert_eq!(line("| viewpoint_dependent", 1)[3], "-0.1000 +- 0.0000 (n=3)");
+        assert_eq!(text.lines().filter(|l| l.starts_with("| geometric")).count(), 1);
+        assert_eq!(
+            text.lines().filter(|l| l.starts_with("Failed")).collect::<Vec<_>>(),
+            ["Failed: viewpoint_dependent on seed 0: no, \"really\""]
+        );
+        assert!(!text.contains("NaN") && text.lines().any(|l| l.starts_with("|--")));
+        let csv = String::from_utf8(csv(&table).unwrap()).unwrap();
+        assert_eq!(csv.lines().next(), Some("method,seed,outcome,ate_m,heading_rad"));
+        assert_eq!(csv.lines().nth(1), Some("odometry,0,done,1,"));
+        assert!(csv.contains("viewpoint_dependent,0,\"failed: no, \"\"really\"\"\",,"), "{csv}");
+    }
+
+    #[test]
+    fn scores_that_err_on_either_side_do_not_cancel() {
+        let metrics = [Metric::Inside95, Metric::WorstNumberInside95];
+        let shares = [("known", 0, 0.92), ("known", 1, 0.98), ("mine", 0, 0.92), ("mine", 1, 0.92)];
+        let mut runs = shares.map(|(method, seed, share)| run(method, seed, &metrics.map(|m| (m, share))));
+        runs[3].scores.clear();
+        let seeds = [Seed(0), Seed(1)];
+        let table =
+            Table::new("calibration", &["known", "mine"], Some("known"), &metrics, &seeds, runs.to_vec());
+        let text = tables(&table.unwrap(), Style::Markdown);
+        let rows: Vec<Vec<&str>> =
+            text.lines().map(|line| line.split('|').map(str::trim).collect()).collect();
+        let cell = |method: &str, nth: usize| {
+            rows.iter().filter(|row| row.get(1) == Some(&method)).nth(nth).unwrap()[4]
+        };
+        assert_eq!(
+            [cell("known", 0), cell("mine", 0), cell("mine", 1)],
+            ["0.920 to 0.980", "0.920 (n=1)", "-"]
+        );
+    }
+
+    #[test]
+    fn one_seed_has_no_interval() {
+        let runs = runs().into_iter().filter(|run| run.seed == Seed(0)).collect();
+        let table =
+            Table::new("trajectory", &METHODS, None, &[Metric::Ate, Metric::Heading], &[Seed(0)], runs);
+        let text = tables(&table.unwrap(), Style::Markdown);
+        assert!(text.starts_with("trajectory, one seed\n") && !text.contains("+-"), "{text}");
+    }
+
+    #[test]
+    fn the_terminal_shows_the_same_numbers() {
+        let text = tables(&table(runs()).unwrap(), Style::Terminal);
+        assert!(text.contains("0.6500 +- 0.2054") && text.contains('│'), "{text}");
+    }
+}

@@ -1,0 +1,151 @@
+//! The tables of scores on unseen instances: which metrics of which methods stand together.
+
+use super::embedding::Scores;
+use crate::result::metric::Metric;
+use crate::result::row_name::{LATENTS, MEAN_VIEW, PIXELS};
+use crate::result::table::{Outcome, Run, Table, TableError};
+use vantage_dataset::Seed;
+
+/// One table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnseenTable {
+    /// Its name.
+    pub name: &'static str,
+    methods: &'static [&'static str],
+    reference: Option<&'static str>,
+    metrics: &'static [Metric],
+}
+
+/// Clusters of single views with their number given, neighbours, viewpoints.
+pub const OF_LATENTS: UnseenTable = UnseenTable {
+    name: "latents",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::Ari,
+        Metric::Nmi,
+        Metric::VMeasure,
+        Metric::RecallAt1,
+        Metric::RecallAt1AcrossLight,
+        Metric::ViewpointMedian,
+        Metric::ViewpointRight,
+    ],
+};
+/// More of the same.
+pub const OF_INSTANCES: UnseenTable = UnseenTable {
+    name: "instances",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::Homogeneity,
+        Metric::Completeness,
+        Metric::Purity,
+        Metric::Silhouette,
+        Metric::RecallAt5,
+        Metric::RecallAt5AcrossLight,
+        Metric::InstanceRight,
+        Metric::InstanceProbability,
+    ],
+};
+/// Clusters whose number is found.
+pub const OF_DENSITY: UnseenTable = UnseenTable {
+    name: "density",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::Ari,
+        Metric::VMeasure,
+        Metric::Homogeneity,
+        Metric::Completeness,
+        Metric::Purity,
+        Metric::Noise,
+        Metric::ClusterCount,
+    ],
+};
+/// Classes from a few tags.
+pub const OF_GROUNDING: UnseenTable = UnseenTable {
+    name: "grounding",
+    methods: &[LATENTS, PIXELS],
+    reference: Some(PIXELS),
+    metrics: &[
+        Metric::NearestOf1,
+        Metric::NearestOf2,
+        Metric::NearestOf5,
+        Metric::NearestOf10,
+        Metric::GaussianOf2,
+        Metric::GaussianOf5,
+        Metric::GaussianOf10,
+    ],
+};
+/// Images and azimuths from the decoder.
+pub const OF_DECODER: UnseenTable = UnseenTable {
+    name: "decoder",
+    methods: &[LATENTS, MEAN_VIEW],
+    reference: Some(MEAN_VIEW),
+    metrics: &[
+        Metric::Psnr,
+        Metric::PsnrHeldOut,
+        Metric::ViewpointMedian,
+        Metric::ViewpointPromised,
+        Metric::ViewpointInside,
+        Metric::ViewpointByImage,
+        Metric::LogLikelihood,
+        Metric::Divergence,
+    ],
+};
+/// Residuals against the law that the model claims for them.
+pub const OF_CALIBRATION: UnseenTable = UnseenTable {
+    name: "calibration",
+    methods: &[LATENTS],
+    reference: None,
+    metrics: &[
+        Metric::Inside50,
+        Metric::Inside80,
+        Metric::Inside95,
+        Metric::GaussianInside50,
+        Metric::GaussianInside95,
+        Metric::NumberInside95,
+        Metric::WorstNumberInside95,
+        Metric::SquaredNormVariance,
+    ],
+};
+
+/// All of them, as they are printed.
+pub const TABLES: [UnseenTable; 6] =
+    [OF_LATENTS, OF_INSTANCES, OF_DENSITY, OF_GROUNDING, OF_DECODER, OF_CALIBRATION];
+
+impl UnseenTable {
+    /// Its columns.
+    pub fn metrics(&self) -> &'static [Metric] {
+        self.metrics
+    }
+
+    /// The row beside that of the latents, if any.
+    pub fn floor(&self) -> Option<&'static str> {
+        self.methods.iter().copied().find(|method| *method != LATENTS)
+    }
+
+    /// The rows of one seed, with those of each method's scores that the table shows.
+    pub fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
+        let shown = |scores: &Scores| {
+            scores.iter().filter(|(m, _)| self.metrics.contains(m)).map(|(&m, &v)| (m, v)).collect()
+        };
+        let row = |(method, scores): &(&str, &Scores)| Run {
+            method: (*method).to_owned(),
+            seed,
+            outcome: Outcome::Done,
+            scores: shown(scores),
+        };
+        methods.iter().map(row).collect()
+    }
+
+    /// The table of the rows of all seeds, the latents' row under the name of the model's kind.
+    pub fn of(&self, latents: &str, seeds: &[Seed], mut runs: Vec<Run>) -> Result<Table, TableError> {
+        for run in runs.iter_mut().filter(|run| run.method == LATENTS) {
+            latents.clone_into(&mut run.method);
+        }
+        let methods: Vec<&str> =
+            self.methods.iter().map(|&method| if method == LATENTS { latents } else { method }).collect();
+        Table::new(self.name, &methods, self.reference, self.metrics, seeds, runs)
+    }
+}
