@@ -68,8 +68,8 @@ impl Pipeline {
     /// Reads and checks the scene, and opens the cache and the renderer.
     pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, BenchError> {
         let file: SceneFile = scene_file::read(path)?;
-        let scene = file.checked(path)?;
         let progress = Progress::detect();
+        let scene = file.checked(path, &progress)?;
         let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {
             progress.note(&notice);

@@ -138,8 +138,8 @@ fn tell(progress: &Progress, set_aside: &[PathBuf]) {
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let file: SceneFile = scene_file::read(&args.scene)?;
-    let scene = file.checked(&args.scene)?;
     let progress = Progress::detect();
+    let scene = file.checked(&args.scene, &progress)?;
     let _lock = out.lock(&progress)?;
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {
