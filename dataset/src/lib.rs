@@ -28,6 +28,7 @@ pub mod crop;
 pub mod episode;
 pub mod episode_views;
 pub mod instance;
+pub mod jpeg;
 pub mod mask;
 pub mod median;
 pub mod ray;

@@ -2,6 +2,7 @@
 
 use super::record::Record;
 use crate::command::cli::StageArgs;
+use crate::command::placed;
 use crate::error::BenchError;
 use crate::pipeline::{
     LoadedModel, Pipeline, SeedAnswers, SeedEpisode, chosen_model, episodes, estimates, model, tables,
@@ -16,11 +17,13 @@ use crate::score::unseen::{Subject, Unseen};
 use std::path::Path;
 use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
+use vantage_sim::world::check_room;
 
 /// Runs the line on a scene.
 pub fn line(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer.into())?;
     let seeds = seeds(&pipeline.file, stages);
+    has_room(&pipeline, &seeds, scene)?;
     let entries = entries(&pipeline, stages, &seeds)?;
     let chosen = chosen_model(&pipeline, stages.train, stages.model.as_deref())?;
     let mut record = Record::begin(&pipeline, &seeds, stages)?;
@@ -69,6 +72,18 @@ fn drive(
         estimates(pipeline, &episodes, model)
     })?;
     Ok((episodes, answers))
+}
+
+/// Refuses a scene whose objects find room under none of the seeds, before anything is rendered for it.
+fn has_room(pipeline: &Pipeline, seeds: &[Seed], scene: &Path) -> Result<(), BenchError> {
+    let mut refused = None;
+    for seed in seeds.iter().filter(|_| pipeline.drives()) {
+        match check_room(&pipeline.scene, Split::Test, *seed) {
+            Ok(()) => return Ok(()),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    refused.map_or(Ok(()), |error| Err(placed(error, scene)))
 }
 
 /// Trajectories of other estimators that are scored beside ours.

@@ -1,49 +1,21 @@
 //! Pure pursuit: the robot steers towards a point ahead on its track.
 
+use super::Drive;
 use crate::error::{Progress, SimError, Stage};
-use crate::robot::track::Track;
-use crate::robot::{body, hand, stations};
+use crate::physics::{Body, Physics, RATE};
+use crate::plan::body;
+use crate::plan::track::Track;
 use crate::scene::RobotSpec;
-use crate::world::ground::Ground;
-use crate::world::physics::{Body, Physics, RATE};
 use nalgebra::{Translation3, Vector2, Vector3};
-use vantage_dataset::{Pose, Seed};
+use vantage_dataset::Pose;
 
 /// Distance along the path of the point it steers to, metres.
 const LOOKAHEAD: f64 = 0.25;
 /// A robot this far from where it should be has failed, metres.
 const TOLERANCE: f64 = 0.3;
 
-/// Where a robot was.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
-    /// Seconds since the start, one a step.
-    pub timestamps: Vec<f64>,
-    /// True poses; the robot's origin is on the floor under its centre, x forward, y left, z up.
-    pub world_from_robot: Vec<Pose>,
-}
-
-/// Goes where the spec says. A robot drives, its speed kept to within half a physics step between two images; a hand sways
-/// about what it would have driven; a camera at stations is put there.
-pub fn drive(
-    physics: &mut Physics,
-    spec: &RobotSpec,
-    ground: &Ground,
-    seed: Seed,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<Drive, SimError> {
-    let mut drive = if spec.path.stations() {
-        stations::visit(spec, ground)?
-    } else {
-        pursue(physics, spec, &Track::of(spec, ground, seed)?, progress)?
-    };
-    if let Some(hand) = &spec.handheld {
-        hand::sway(hand, &spec.camera.robot_from_camera(), &mut drive, seed);
-    }
-    Ok(drive)
-}
-
-fn pursue(
+/// Drives along the track of an episode.
+pub(super) fn pursue(
     physics: &mut Physics,
     spec: &RobotSpec,
     track: &Track,

@@ -1,6 +1,6 @@
 //! Circles and rounded rectangles by arc length, driven counter-clockwise.
 
-use super::track::Waypoint;
+use super::waypoint::Waypoint;
 use nalgebra::Vector2;
 use std::f64::consts::{FRAC_PI_2, PI};
 

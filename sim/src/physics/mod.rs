@@ -1,15 +1,17 @@
 //! The physics engine, z up, in fixed steps.
 
+mod shape;
+
+use crate::convert::{pose_from_physics, pose_to_physics, vector_to_physics};
 use crate::error::SimError;
-use crate::object::Object;
-use crate::robot::body;
-use crate::world::convert::{pose_from_physics, pose_to_physics, vector_to_physics};
-use crate::world::furnishing::Furnishing;
+use crate::object::{Fixture, Object};
+use crate::plan::body;
+use crate::plan::furnishing::Furnishing;
 use nalgebra::{Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 use rapier3d::prelude::{
     CoefficientCombineRule, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector,
 };
-use std::f64::consts::FRAC_PI_2;
+use shape::standing_cylinder;
 use vantage_dataset::Pose;
 
 /// Physics steps a second.
@@ -33,7 +35,7 @@ pub struct Body(RigidBodyHandle);
 
 impl Physics {
     /// A furnished world.
-    pub fn new(furnishing: &Furnishing) -> Self {
+    pub fn new(furnishing: &Furnishing, fixtures: &[Fixture]) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::new(0.0, 0.0, -GRAVITY);
         world.integration_parameters.dt = 1.0 / RATE as f32;
@@ -57,7 +59,7 @@ impl Physics {
             let collider = ColliderBuilder::new(shape).position(position).friction(FRICTION);
             world.insert_collider(collider, None);
         }
-        for fixture in &furnishing.fixtures {
+        for fixture in fixtures {
             world.insert_collider(fixture.collider().friction(FRICTION), None);
         }
         Self { world }
@@ -144,9 +146,4 @@ fn on_four_feet(hull: &[[f32; 3]]) -> Vec<Vector> {
         under.iter().copied().max_by(|a, b| reach(a).total_cmp(&reach(b)))
     });
     over.into_iter().chain(feet).collect()
-}
-
-/// The engine's cylinders lie along y.
-pub fn standing_cylinder() -> UnitQuaternion<f64> {
-    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2)
 }

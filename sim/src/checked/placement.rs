@@ -1,13 +1,14 @@
 //! What stands in a room: within its walls, and not in one another; and whether the objects can find room on it.
 
 use super::SceneSpec;
+use super::path::{MANY, STRIDE};
 use crate::object::{Fixture, LEAST_FOOTPRINT, MeshLibrary};
-use crate::robot::body::RADIUS as ROBOT_RADIUS;
-use crate::robot::track::Track;
+use crate::plan::block::Block;
+use crate::plan::body::RADIUS as ROBOT_RADIUS;
+use crate::plan::furnishing::blocks;
+use crate::plan::stand::{Outline, Stand};
+use crate::plan::track::Track;
 use crate::scene::{PathSpec, RobotSpec, RoomSpec, SurfaceSpec, WorldSpec};
-use crate::world::furnishing::{Block, blocks};
-use crate::world::layout::footprint;
-use crate::world::stand::{Outline, Stand};
 use nalgebra::Vector3;
 use rapier3d::glamx::Pose3;
 use rapier3d::parry::query::intersection_test;
@@ -92,7 +93,7 @@ fn too_many(world: &WorldSpec, robot: &RobotSpec, meshes: &MeshLibrary) -> Optio
         return None;
     }
     let families = (!world.families.is_empty()).then_some(LEAST_FOOTPRINT);
-    let smallest = meshes.iter().map(|mesh| footprint(&mesh.object)).chain(families).reduce(f64::min)?;
+    let smallest = meshes.iter().map(|mesh| mesh.object.footprint()).chain(families).reduce(f64::min)?;
     // Discs that reach half the spacing beyond the objects do not meet, nor leave their stand by more than that.
     let margin = world.spacing / 2.0;
     let disc = Outline::Disc { radius: smallest + margin }.area();
@@ -120,7 +121,7 @@ fn on_surface(spec: &SceneSpec) -> Vec<Standing> {
         };
         return pieces.iter().enumerate().filter_map(piece).collect();
     }
-    let stands = surface.furnish(&spec.robot, spec.world.objects.min(super::MANY) as usize).stands;
+    let stands = surface.furnish(&spec.robot, spec.world.objects.min(MANY) as usize).stands;
     let standing = |stand: &Stand| {
         let [x, y] = stand.outline.half_extents();
         let half = Vector3::new(x, y, stand.height / 2.0);
@@ -164,7 +165,7 @@ fn overlap(a: &Standing, b: &Standing) -> bool {
 fn blocked(path: &PathSpec, index: usize, fixture: &Fixture) -> Option<Misplaced> {
     let track = Track::fixed(path)?;
     let middle = fixture.world_from_model.translation.vector.xy();
-    let distances = track.samples(super::STRIDE).map(|waypoint| (waypoint.position - middle).norm());
+    let distances = track.samples(STRIDE).map(|waypoint| (waypoint.position - middle).norm());
     let (gap, needed) = (distances.fold(f64::INFINITY, f64::min), fixture.footprint() + ROBOT_RADIUS);
     (gap < needed).then(|| {
         let reason = format!(

@@ -2,21 +2,9 @@
 
 use super::chain::Chain;
 use super::circuit::Circuit;
-use super::walk;
-use crate::error::SimError;
-use crate::scene::{PathSpec, RobotSpec, StartSpec};
-use crate::world::ground::Ground;
+use super::waypoint::Waypoint;
+use crate::scene::PathSpec;
 use nalgebra::Vector2;
-use vantage_dataset::Seed;
-
-/// A point on a track.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Waypoint {
-    /// Where, world frame, metres.
-    pub position: Vector2<f64>,
-    /// Unit vector along the track.
-    pub tangent: Vector2<f64>,
-}
 
 /// A curve to drive along.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,24 +48,14 @@ impl Track {
         Some(Self { shape, start: 0.0 })
     }
 
-    /// The track of an episode.
-    ///
-    /// # Errors
-    /// Where a random walk finds no way, or the path is one of stations.
-    pub fn of(robot: &RobotSpec, ground: &Ground, seed: Seed) -> Result<Self, SimError> {
-        let mut track = match (&robot.path, Self::fixed(&robot.path)) {
-            (_, Some(track)) => track,
-            (PathSpec::RandomWalk { legs, leg_length, clearance }, None) => {
-                let mut stream = seed.stream("walk", 0);
-                let chain = walk::draw(*legs, *leg_length, *clearance, ground, &mut stream)?;
-                Self { shape: Shape::Chain(chain), start: 0.0 }
-            }
-            (_, None) => return Err(SimError::NoTrack),
-        };
-        if robot.start == StartSpec::Anywhere && robot.path.is_closed() {
-            track.start = track.length() * seed.stream("start", 0).unit();
-        }
-        Ok(track)
+    /// A track along a chain.
+    pub fn along(chain: Chain) -> Self {
+        Self { shape: Shape::Chain(chain), start: 0.0 }
+    }
+
+    /// The same track, begun so far along it, metres.
+    pub fn begun_at(self, start: f64) -> Self {
+        Self { start, ..self }
     }
 
     /// Length, of one lap where it is closed, metres.

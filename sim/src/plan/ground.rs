@@ -1,8 +1,7 @@
 //! The floor plan: where a robot may be.
 
+use super::stand::Outline;
 use crate::scene::RoomSpec;
-use crate::world::furnishing::Furnishing;
-use crate::world::stand::Outline;
 use nalgebra::Vector2;
 use vantage_dataset::Stream;
 
@@ -18,12 +17,9 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// The plan of a furnished room.
-    pub fn new(room: &RoomSpec, furnishing: &Furnishing) -> Self {
-        Self {
-            half_extents: Vector2::new(room.length / 2.0, room.width / 2.0),
-            obstacles: furnishing.obstacles(),
-        }
+    /// The plan of a room with outlines, about their centres.
+    pub fn new(room: &RoomSpec, obstacles: Vec<(Vector2<f64>, Outline)>) -> Self {
+        Self { half_extents: Vector2::new(room.length / 2.0, room.width / 2.0), obstacles }
     }
 
     /// Half the room's extent along x and y, metres.

@@ -1,6 +1,6 @@
 //! Straight lines joined by arcs.
 
-use super::track::Waypoint;
+use super::waypoint::Waypoint;
 use nalgebra::Vector2;
 
 /// Turns smaller than this need no arc, radians.

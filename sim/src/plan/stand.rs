@@ -1,11 +1,6 @@
 //! Stands: tops of tables, pedestals and boards, what objects stand on.
 
-use crate::world::convert::pose_to_physics;
-use crate::world::physics::standing_cylinder;
-use nalgebra::{Translation3, UnitQuaternion, Vector2};
-use rapier3d::glamx::Pose3;
-use rapier3d::prelude::SharedShape;
-use vantage_dataset::Pose;
+use nalgebra::Vector2;
 
 /// A level surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,22 +75,6 @@ impl Stand {
     /// One that stands on the floor, in the open.
     pub fn solid(center: Vector2<f64>, height: f64, outline: Outline) -> Self {
         Self { center, height, outline, headroom: f64::INFINITY, solid: true }
-    }
-
-    /// It and all below it, for the physics engine.
-    pub fn shape(&self) -> (Pose3, SharedShape) {
-        let half_height = self.height / 2.0;
-        let at = Translation3::from(self.center.push(half_height));
-        match self.outline {
-            Outline::Disc { radius } => {
-                let pose = Pose::from_parts(at, standing_cylinder());
-                (pose_to_physics(&pose), SharedShape::cylinder(half_height as f32, radius as f32))
-            }
-            Outline::Rectangle { half_extents: [x, y] } => {
-                let pose = Pose::from_parts(at, UnitQuaternion::identity());
-                (pose_to_physics(&pose), SharedShape::cuboid(x as f32, y as f32, half_height as f32))
-            }
-        }
     }
 
     /// Whether a point, world frame, lies above or below its top.

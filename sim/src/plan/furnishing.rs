@@ -1,51 +1,23 @@
 //! What stands in the room: stands for objects, and pieces of furniture.
 
-use crate::object::Fixture;
-use crate::robot::track::Track;
+use super::block::Block;
+use super::stand::{Outline, Stand};
+use super::track::Track;
 use crate::scene::{PieceSpec, RobotSpec, Side, SurfaceSpec};
-use crate::world::convert::vector_to_physics;
-use crate::world::stand::{Outline, Stand};
 use nalgebra::{Vector2, Vector3};
-use rapier3d::glamx::Pose3;
-use rapier3d::prelude::SharedShape;
 
 /// Thickness of boards, sides and tops, metres.
 const BOARD: f64 = 0.03;
 /// Side of a table's legs, metres.
 const LEG: f64 = 0.06;
 
-/// Everything in a room but walls, robot and objects.
+/// The surface of a scene: what objects stand on, and what stands beside it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Furnishing {
     /// What objects are put on. Tables and pedestals are solid; the others are the upper sides of blocks.
     pub stands: Vec<Stand>,
     /// Pieces of furniture, each a set of blocks.
     pub pieces: Vec<Vec<Block>>,
-    /// Furniture from files.
-    pub fixtures: Vec<Fixture>,
-}
-
-/// A box along the world's axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
-    /// Its lowest corner, world frame, metres.
-    pub min: Vector3<f64>,
-    /// Its highest corner.
-    pub max: Vector3<f64>,
-}
-
-impl Block {
-    /// The box around two.
-    pub fn around(self, other: Self) -> Self {
-        Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
-    }
-
-    /// For the physics engine, less `slack` metres on all sides.
-    pub fn shape(&self, slack: f64) -> (Pose3, SharedShape) {
-        let half = vector_to_physics(&((self.max - self.min) / 2.0).add_scalar(-slack));
-        let center = vector_to_physics(&((self.min + self.max) / 2.0));
-        (Pose3::from_translation(center), SharedShape::cuboid(half.x, half.y, half.z))
-    }
 }
 
 impl Furnishing {
@@ -58,11 +30,7 @@ impl Furnishing {
             let half = (max - min) / 2.0;
             (min + half, Outline::Rectangle { half_extents: half.into() })
         });
-        let fixtures = self.fixtures.iter().map(|fixture| {
-            let center = fixture.world_from_model.translation.vector.xy();
-            (center, Outline::Disc { radius: fixture.footprint() })
-        });
-        solid.chain(pieces).chain(fixtures).collect()
+        solid.chain(pieces).collect()
     }
 }
 

@@ -10,10 +10,11 @@ mod session;
 mod tour;
 
 use crate::budget;
+use crate::checked::ViewConditions;
 use crate::error::{Progress, SimError, Stage};
 use crate::object::{Catalog, Draw, Object};
 use crate::render::{Renderer, Shot, Tile, TileShot};
-use crate::scene::{ViewConditions, ViewsSpec};
+use crate::scene::ViewsSpec;
 use crate::sensor::{bounds, fault, image};
 use nalgebra::Vector2;
 use rayon::prelude::*;
