@@ -1,6 +1,6 @@
 //! `estimator`: the rows of a scene, and their settings.
 
-use crate::row::Row;
+use super::row::Row;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
