@@ -17,7 +17,7 @@ use std::error::Error;
 use support::{Episode, arguments, columns, scored, validation_episodes};
 use vantage_dataset::{Pose, se3};
 use vantage_eval::pipeline::model;
-use vantage_eval::statistics::quantile;
+use vantage_eval::result::statistics::quantile;
 use vantage_slam::{Estimate, EstimatorSpec, Row, estimate};
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];

@@ -15,11 +15,11 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 use vantage_dataset::{Crop, Split, View, ViewSet, Viewpoint};
-use vantage_eval::cli::RendererChoice;
-use vantage_eval::pipeline::{Likelihood, Pipeline, any_model, views};
+use vantage_eval::pipeline::{Pipeline, RendererChoice, any_model, views};
+use vantage_eval::result::statistics::{Mean, quantile};
 use vantage_eval::score::azimuth_information::promised_deviation;
+use vantage_eval::score::likelihood::Likelihood;
 use vantage_eval::score::viewpoint::{ViewpointTrial, most_likely_azimuth};
-use vantage_eval::statistics::{Mean, quantile};
 use vantage_learn::{LatentGaussian, Viewing};
 
 /// Half the central difference, radians: a predicted crop has bytes, whose rounding a smaller one would show.

@@ -1,14 +1,15 @@
 //! Everything that ends a run of `bench` early.
 
 use crate::gate::GateError;
-use crate::output::OutputError;
-use crate::result_folder::Of;
-use crate::results::ResultsError;
+use crate::result::kind::ResultKind;
+use crate::result::output_folder::OutputError;
+use crate::result::results_file::ResultsError;
+use crate::result::table::TableError;
+use crate::result::trajectory::TrajectoryError;
 use crate::scene_file::SceneFileError;
+use crate::scene_file::study::VariantError;
+use crate::score::entry::EntryError;
 use crate::score::pairs::PairsError;
-use crate::study_file::VariantError;
-use crate::table::TableError;
-use crate::trajectory::TrajectoryError;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::InstanceId;
@@ -148,14 +149,9 @@ pub enum BenchError {
         /// What Rerun said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// Trajectories of another estimator that cannot be scored.
-    #[error("--trajectories {}: {reason}", path.display())]
-    Entry {
-        /// The folder, or the file in it.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
+    /// See [`EntryError`].
+    #[error(transparent)]
+    Entry(#[from] EntryError),
     /// An instance that would be scored is among those that the model has seen.
     #[error(
         "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \
@@ -237,7 +233,7 @@ pub enum BenchError {
         /// The folder.
         folder: PathBuf,
         /// What they are of.
-        of: Of,
+        of: ResultKind,
     },
     /// No object was detected in any episode.
     #[error(

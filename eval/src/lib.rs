@@ -5,35 +5,23 @@
 //! partition agreement (ARI, V-measure) and retrieval for latents `e`. A number is a mean over seeds with its 95%
 //! interval and its paired difference to a reference method; an undefined number is `None`, never 0 and never NaN.
 //!
-//! - [`score`]: estimate x truth -> number
-//! - [`statistics`], [`distribution`], [`table`], [`results`], [`manifest`]: numbers -> a result with its origin
-//! - [`render`], [`figure`], [`report`], [`result_folder`]: result -> text, pictures, files
+//! Rooms, from the ground up; each uses those above it:
+//!
+//! - [`progress`]: what is under way -> a bar, or lines
+//! - [`result`]: numbers -> tables with their origin -> files
+//! - [`scene_file`]: YAML -> a checked scene, or a study
+//! - [`score`]: estimate x truth -> numbers
 //! - [`gate`]: result x committed result -> verdict
-//! - [`scene_file`], [`cli`], [`run`], [`exit`]: the `bench` command
+//! - [`figure`]: estimates, latents, scores -> pictures
+//! - [`pipeline`]: scene -> episodes, model, estimates, tables, each stage an entry of the cache
+//! - [`command`]: arguments -> a run of `bench` -> exit code
 
-pub mod cli;
 pub mod command;
-pub mod distribution;
 pub mod error;
-pub mod exit;
 pub mod figure;
 pub mod gate;
-pub mod manifest;
-pub mod metric;
-pub mod output;
 pub mod pipeline;
 pub mod progress;
-#[cfg(feature = "rerun")]
-pub mod recording;
-pub mod render;
-pub mod report;
-pub mod result_folder;
-pub mod results;
-pub mod run;
+pub mod result;
 pub mod scene_file;
 pub mod score;
-pub mod seeds;
-pub mod statistics;
-pub mod study_file;
-pub mod table;
-pub mod trajectory;

@@ -4,12 +4,12 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use vantage_eval::pipeline::TABLES;
-use vantage_eval::render::csv;
-use vantage_eval::report::{TABLES as TABLES_FILE, markdown};
-use vantage_eval::results::{FILE_NAME, Results};
+use vantage_eval::result::report::{TABLES as TABLES_FILE, markdown};
+use vantage_eval::result::results_file::{FILE_NAME, Results};
+use vantage_eval::result::table_text::csv;
+use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
-use vantage_eval::study_file::StudyFile;
+use vantage_eval::score::unseen_table::TABLES;
 use vantage_tests::root;
 
 fn files(folder: &str) -> Vec<PathBuf> {

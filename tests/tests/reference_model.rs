@@ -5,9 +5,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::Split;
-use vantage_eval::cli::RendererChoice;
-use vantage_eval::manifest::Host;
-use vantage_eval::pipeline::{Pipeline, VIEW_CONDITIONS, views};
+use vantage_eval::pipeline::{Pipeline, RendererChoice, VIEW_CONDITIONS, views};
+use vantage_eval::result::manifest::Host;
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_learn::{Manifest, Model, view_set_hash};
 use vantage_tests::root;

@@ -6,10 +6,10 @@ use std::fs;
 use std::path::Path;
 use vantage_dataset::Pose;
 use vantage_dataset::store::write_tum;
-use vantage_eval::metric::Metric;
-use vantage_eval::results::Results;
-use vantage_eval::table::{Outcome, Run};
-use vantage_eval::trajectory::Trajectory;
+use vantage_eval::result::metric::Metric;
+use vantage_eval::result::results_file::Results;
+use vantage_eval::result::table::{Outcome, Run};
+use vantage_eval::result::trajectory::Trajectory;
 use vantage_tests::{Finished, SmallScene};
 
 const OF_POSES: [Metric; 5] =

@@ -5,11 +5,10 @@ use std::error::Error;
 use std::path::Path;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Observations, Seed, Split, Truth};
-use vantage_eval::cli::RendererChoice;
-use vantage_eval::pipeline::{Pipeline, episodes};
+use vantage_eval::pipeline::{Pipeline, RendererChoice, episodes};
+use vantage_eval::result::statistics::Mean;
 use vantage_eval::score::ate::ate;
 use vantage_eval::score::pairs::Pairs;
-use vantage_eval::statistics::Mean;
 use vantage_slam::{Estimate, EstimateError};
 
 const FIRST_SEED: u64 = 1_000_000;

@@ -2,9 +2,9 @@
 
 use mimalloc::MiMalloc;
 use std::process::ExitCode;
-use vantage_eval::cli::Cli;
-use vantage_eval::exit::end;
-use vantage_eval::run::run;
+use vantage_eval::command::cli::Cli;
+use vantage_eval::command::exit::end;
+use vantage_eval::command::run::run;
 
 /// By which calls of models take less time: see docs/speed.md.
 #[global_allocator]

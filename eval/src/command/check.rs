@@ -1,12 +1,12 @@
 //! `bench check SCENE`: fresh results against the committed ones.
 
-use super::score::{score, seeds};
-use crate::cli::CheckArgs;
+use super::scene::line::{line, seeds};
+use crate::command::cli::CheckArgs;
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
 use crate::gate::{Machine, comparable, compare};
-use crate::render::Style;
-use crate::results::Results;
+use crate::result::grid::Style;
+use crate::result::results_file::Results;
 use crate::scene_file::{self, SceneFile};
 use std::io::Write;
 
@@ -16,7 +16,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = args.baseline.join(&scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
-    let fresh = score(&args.scene, &args.stages)?;
+    let fresh = line(&args.scene, &args.stages)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::Terminal))?;
     let there = Machine::read(&folder);

@@ -1,10 +1,10 @@
 //! `bench import LAYOUT DIR --out DIR`: real data in our own layout.
 
-use crate::cli::{ImportArgs, ImportLayout, SplitChoice};
+use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
-use crate::output::OutputFolder;
 use crate::progress::Progress;
+use crate::result::output_folder::OutputFolder;
 use std::io::Write;
 use vantage_dataset::layout::avd::read_scan;
 use vantage_dataset::layout::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};

@@ -1,12 +1,12 @@
 //! `bench look SCENE`: a scene at a glance.
 
 use super::placed;
-use crate::cli::LookArgs;
+use crate::command::cli::LookArgs;
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
 use crate::figure::scene_sheet::{BOX, BOX_OF_NOTHING, Panel, SceneSheet};
-use crate::output::OutputFolder;
 use crate::progress::Progress;
+use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
@@ -94,7 +94,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     #[cfg(feature = "rerun")]
     if let Some(path) = &args.rerun {
         OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
-        crate::recording::record(&file.name, &scene, &rollout, renderer.as_mut(), path)?;
+        crate::figure::recording::record(&file.name, &scene, &rollout, renderer.as_mut(), path)?;
         writeln!(stdout, "{}", path.display())?;
     }
     Ok(Exit::Success)

@@ -1,17 +1,17 @@
 //! The commands of `bench` that run the line.
 
 mod check;
+pub mod cli;
 mod dataset;
-mod entry;
+pub mod exit;
 mod figures;
 mod import;
 mod look;
 mod models;
-mod pictures;
-mod score;
+pub mod run;
+mod scene;
 #[cfg(feature = "train")]
 mod study;
-mod tables;
 #[cfg(feature = "train")]
 mod train;
 
@@ -21,7 +21,7 @@ pub use figures::figures;
 pub use import::import;
 pub use look::look;
 pub use models::models;
-pub use score::bench;
+pub use scene::bench;
 #[cfg(feature = "train")]
 pub use study::study;
 #[cfg(feature = "train")]

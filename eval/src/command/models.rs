@@ -1,9 +1,9 @@
 //! `bench models DIR...`: what model folders hold.
 
-use crate::cli::ModelsArgs;
+use crate::command::cli::ModelsArgs;
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
-use crate::render::{Style, draw};
+use crate::result::grid::{Style, draw};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;

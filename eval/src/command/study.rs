@@ -1,24 +1,26 @@
 //! `bench study FILE`: models trained in several ways on the same views, compared on the same instances.
 
 use super::figures::latents;
-use crate::cli::StudyArgs;
+use crate::command::cli::StudyArgs;
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
-use crate::manifest::Manifest;
-use crate::metric::Metric;
-use crate::output::OutputFolder;
-use crate::pipeline::{
-    LATENTS, OF_LATENTS, Pipeline, TABLES, Unseen, UnseenTable, VariantModels, finished_model, study_views,
-    variant_models, variant_scores,
-};
+use crate::pipeline::{Pipeline, VariantModels, finished_model, study_views, variant_models, variant_scores};
 use crate::progress::Progress;
-use crate::render::{self, Style};
-use crate::report;
-use crate::result_folder::{Of, ResultFolder};
-use crate::results::Results;
+use crate::result::folder::ResultFolder;
+use crate::result::grid::Style;
+use crate::result::kind::ResultKind;
+use crate::result::manifest::{Manifest, Renderer};
+use crate::result::metric::Metric;
+use crate::result::output_folder::OutputFolder;
+use crate::result::report;
+use crate::result::results_file::Results;
+use crate::result::row_name::LATENTS;
+use crate::result::table::{Outcome, Run, Table};
+use crate::result::table_text;
 use crate::scene_file;
-use crate::study_file::{Scored, StudyFile, VariantError};
-use crate::table::{Outcome, Run, Table};
+use crate::scene_file::study::{Scored, StudyFile, VariantError};
+use crate::score::unseen::Unseen;
+use crate::score::unseen_table::{OF_LATENTS, TABLES, UnseenTable};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -33,10 +35,10 @@ const TRUNKS: &str = "trunks";
 pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
-    ResultFolder::check(&out, &study.name, Of::Study)?;
+    ResultFolder::check(&out, &study.name, ResultKind::Study)?;
     let beside = args.study.parent().unwrap_or(Path::new(""));
     let scene = beside.join(&study.scene);
-    let pipeline = Pipeline::open(&scene, &args.cache, args.renderer)?;
+    let pipeline = Pipeline::open(&scene, &args.cache, args.renderer.into())?;
     let views = pipeline.scene.view_conditions().views;
     let scored = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
@@ -63,7 +65,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     }
     let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
     let mut manifest = Manifest::new(&hash, &seeds);
-    manifest.renderer = super::score::renderer(&pipeline);
+    manifest.renderer = Renderer::from(&pipeline.renderer_info);
     manifest.options = serde_json::to_value(args)?;
     for (name, models) in &finished {
         let hash = models.iter().find_map(|(_, model)| Some(model.as_ref().ok()?.model.hash().to_owned()));
@@ -134,7 +136,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             .map_or(study.scored.told().to_owned(), |views| format!("the views in {}", views.display())),
         notes.collect::<String>()
     );
-    let folder = ResultFolder::open(&out, &study.name, Of::Study, &Progress::detect())?;
+    let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &Progress::detect())?;
     folder.write("variants.md", notes.as_bytes())?;
     if let Some((_, png)) = map {
         folder.write(latents::LATENTS, &png)?;
@@ -144,7 +146,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let results = Results::new(&study.name, &hash, tables);
     report::write(folder, &results, &manifest)?;
     for table in results.tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
-        writeln!(stdout, "{}", render::tables(table, Style::Terminal))?;
+        writeln!(stdout, "{}", table_text::tables(table, Style::Terminal))?;
     }
     Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }

@@ -1,10 +1,10 @@
 //! `bench train SCENE --out DIR`: the scene's model, trained from scratch.
 
-use crate::cli::TrainArgs;
+use crate::command::cli::TrainArgs;
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
-use crate::output::OutputFolder;
 use crate::pipeline::{Pipeline, train as train_into, train_on};
+use crate::result::output_folder::OutputFolder;
 use std::io::Write;
 use vantage_learn::TrainingDevice;
 
@@ -12,7 +12,7 @@ use vantage_learn::TrainingDevice;
 pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let device = if args.gpu { gpu()? } else { TrainingDevice::default() };
     let out = OutputFolder::probe(&args.out)?;
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
+    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
     let _lock = out.lock(&pipeline.progress)?;
     match (&args.views, &args.validation_views) {
         (Some(training), Some(validation)) => train_on(&pipeline, training, validation, &device, out.path())?,

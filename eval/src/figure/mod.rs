@@ -5,40 +5,15 @@ pub mod canvas;
 pub mod contact_sheet;
 pub mod crop_table;
 pub mod embedding_map;
-pub mod image_grid;
+mod error;
 mod key;
 pub mod likelihood;
 pub mod palette;
+#[cfg(feature = "rerun")]
+pub mod recording;
 pub mod scene_sheet;
 pub mod trajectory;
 pub mod tsne;
 pub mod viewpoint_map;
 
-use thiserror::Error;
-
-/// Why a figure was not drawn.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum FigureError {
-    /// Nothing to draw.
-    #[error("the {figure} figure has nothing to show")]
-    Empty {
-        /// Which figure.
-        figure: &'static str,
-    },
-    /// A number that is NaN or infinite.
-    #[error("the {figure} figure has a number that is not finite in {of}")]
-    NotFinite {
-        /// Which figure.
-        figure: &'static str,
-        /// In which of its series.
-        of: String,
-    },
-    /// The drawing library refused.
-    #[error("the {figure} figure cannot be drawn: {reason}")]
-    Draw {
-        /// Which figure.
-        figure: &'static str,
-        /// What it said.
-        reason: String,
-    },
-}
+pub use error::FigureError;

@@ -1,8 +1,8 @@
 //! One score of one method, against the baseline's, run by run.
 
-use crate::metric::{Better, Metric, Unit};
-use crate::statistics::Mean;
-use crate::table::Table;
+use crate::result::metric::{Better, Metric, Unit};
+use crate::result::statistics::Mean;
+use crate::result::table::Table;
 use vantage_dataset::Seed;
 
 /// What became of a score.

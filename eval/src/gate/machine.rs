@@ -1,7 +1,7 @@
 //! What results were made on, and with which model: where these are the same, differences come from the code, as a rule (virtual machines
 //! give different processors one name).
 
-use crate::manifest::{FILE_NAME, Host, Manifest, Renderer};
+use crate::result::manifest::{FILE_NAME, Host, Manifest, Renderer};
 use serde::Deserialize;
 use std::path::Path;
 

@@ -16,8 +16,8 @@ pub use error::GateError;
 pub use machine::Machine;
 pub use verdict::Verdict;
 
-use crate::results::Results;
-use crate::table::Table;
+use crate::result::results_file::Results;
+use crate::result::table::Table;
 use vantage_dataset::Seed;
 
 /// Refuses a baseline of another state of the scene or without one of the seeds, before anything is made to be compared
@@ -67,10 +67,10 @@ fn named<'a>(results: &'a Results, name: &str) -> Option<&'a Table> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metric::Metric;
-    use crate::render::Style;
-    use crate::table::tests::{METHODS, runs, table};
-    use crate::table::{Outcome, Run};
+    use crate::result::grid::Style;
+    use crate::result::metric::Metric;
+    use crate::result::table::tests::{METHODS, runs, table};
+    use crate::result::table::{Outcome, Run};
 
     fn results(runs: Vec<Run>) -> Results {
         Results::new("tabletop", "abc", vec![table(runs).unwrap()])

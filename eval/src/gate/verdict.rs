@@ -1,9 +1,9 @@
 //! All compared scores, in words.
 
 use super::comparison::{Comparison, Movement, Shift};
-use crate::metric::Metric;
-use crate::render::{Style, draw};
-use crate::statistics::Mean;
+use crate::result::grid::{Style, draw};
+use crate::result::metric::Metric;
+use crate::result::statistics::Mean;
 
 const HEAD: [&str; 8] =
     ["Table", "Method", "Score", "Baseline", "Now", "Paired difference", "Seeds that differ", "Verdict"];

@@ -2,9 +2,9 @@
 
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, code};
 use crate::error::BenchError;
-use crate::output::OutputError;
+use crate::result::output_folder::OutputError;
+use crate::result::table::Outcome;
 use crate::score::object::ObjectEstimate;
-use crate::table::Outcome;
 use nalgebra::{Point3, UnitQuaternion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,9 @@ pub struct Answer {
     /// Detections whose crop could not be used.
     pub dropped: usize,
 }
+
+/// A seed and the answers of all rows.
+pub type SeedAnswers = (Seed, Vec<Answer>);
 
 /// An object as it is stored.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -96,7 +99,7 @@ pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     model: &LoadedModel,
-) -> Result<Vec<(Seed, Vec<Answer>)>, BenchError> {
+) -> Result<Vec<SeedAnswers>, BenchError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
     let (cache, note) = (&pipeline.cache, &pipeline.progress);

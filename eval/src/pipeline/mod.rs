@@ -10,6 +10,7 @@ mod model;
 mod observation_model;
 #[cfg(feature = "train")]
 mod study;
+mod tables;
 #[cfg(feature = "train")]
 mod training;
 mod unseen;
@@ -17,22 +18,20 @@ mod views;
 
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
-pub use estimates::{Answer, PANICKED, estimates};
-pub use model::{LoadedModel, VIEW_CONDITIONS, any_model, caveat, check_unseen, model};
+pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
+pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use study::{
     StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,
 };
+pub use tables::{Tables, tables};
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
-pub use unseen::{
-    LATENTS, Likelihood, MEAN_VIEW, OF_LATENTS, PIXELS, ScoredViews, Subject, TABLES, Unseen, UnseenTable,
-    UnseenTrial, imported_views, test_views, unseen,
-};
-pub use views::views;
+pub use unseen::{ScoredViews, imported_views, test_views, unseen};
+pub use vantage_sim::render::choice::RendererChoice;
+pub use views::{VIEW_CONDITIONS, views};
 
-use crate::cli::RendererChoice;
 use crate::error::BenchError;
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
@@ -71,7 +70,7 @@ impl Pipeline {
         let file: SceneFile = scene_file::read(path)?;
         let scene = file.checked(path)?;
         let progress = Progress::detect();
-        let Opened { renderer, notice } = open(choice.into())?;
+        let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {
             progress.note(&notice);
         }
@@ -88,6 +87,11 @@ impl Pipeline {
             progress,
             cache,
         })
+    }
+
+    /// Whether a robot drives: in a scene of stations only single views are scored.
+    pub fn drives(&self) -> bool {
+        !self.file.robot.path.stations()
     }
 
     fn stored(

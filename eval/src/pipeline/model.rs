@@ -1,15 +1,12 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
-use super::{Pipeline, TractModel};
+use super::{Pipeline, TractModel, VIEW_CONDITIONS};
 use crate::error::BenchError;
 use crate::scene_file;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::{Kind, Model, Role};
-
-/// What a model's manifest calls the hash of the conditions its views were made under.
-pub const VIEW_CONDITIONS: &str = "view_conditions";
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -42,6 +39,20 @@ pub fn check_unseen(
     match scored.into_iter().find(|instance| seen.contains(instance)) {
         Some(instance) => Err(BenchError::Leak { instance, folder: folder.to_owned() }),
         None => Ok(()),
+    }
+}
+
+/// The folder of the model to load, the named one before the scene's own; `None` to train one.
+pub fn chosen_model(
+    pipeline: &Pipeline,
+    train: bool,
+    named: Option<&Path>,
+) -> Result<Option<PathBuf>, BenchError> {
+    let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
+    let chosen = if train { None } else { named.map(Path::to_owned).or_else(committed) };
+    match chosen {
+        Some(folder) if !folder.is_dir() => Err(BenchError::NoModel { folder }),
+        chosen => Ok(chosen),
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit};
-use super::{Pipeline, ScoredViews, Subject, Unseen, code, imported_views, test_views, unseen, views};
+use super::{Pipeline, ScoredViews, code, imported_views, test_views, unseen, views};
 use crate::error::BenchError;
 use crate::scene_file;
-use crate::study_file::{Scored, StudyFile, Variant};
+use crate::scene_file::study::{Scored, StudyFile, Variant};
+use crate::score::unseen::{Subject, Unseen};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

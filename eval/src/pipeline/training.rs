@@ -1,10 +1,9 @@
 //! Training as a stage: views in, model folder out.
 
-use super::model::VIEW_CONDITIONS;
-use super::{Pipeline, code, views};
+use super::{Pipeline, VIEW_CONDITIONS, code, views};
 use crate::error::BenchError;
-use crate::manifest::Host;
 use crate::progress::Stage;
+use crate::result::manifest::Host;
 use crate::scene_file;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};

@@ -10,6 +10,9 @@ use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::ViewConditions;
 use vantage_sim::views::training_views;
 
+/// What a model's manifest calls the hash of the conditions its views were made under.
+pub const VIEW_CONDITIONS: &str = "view_conditions";
+
 #[derive(Serialize)]
 struct Inputs<'a> {
     code: &'static str,

@@ -4,16 +4,18 @@ mod error;
 mod place;
 mod range;
 mod read;
+pub mod seeds;
+pub mod study;
 mod words;
 
 pub use error::SceneFileError;
 pub use place::{misfit, place_of_variant};
-pub use read::{MAX_BYTES, parse, read};
+pub use read::{parse, read};
 
-use crate::seeds::Seeds;
 use garde::Validate;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
+use seeds::Seeds;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use vantage_dataset::Seed;
@@ -22,6 +24,9 @@ use vantage_sim::scene::{
     CheckedScene, RobotSpec, SceneError, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into,
 };
 use vantage_slam::EstimatorSpec;
+
+/// A scene file is no larger than this, bytes.
+pub const MAX_BYTES: u64 = 256 * 1024;
 
 /// Version of the scene format.
 pub const VERSION: u32 = 1;

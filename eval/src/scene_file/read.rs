@@ -1,17 +1,14 @@
 //! Text -> a checked value, or every reason why not.
 
-use super::SceneFileError;
 use super::range::Ranges;
 use super::words::Words;
+use super::{MAX_BYTES, SceneFileError};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-
-/// A scene file is no larger than this, bytes.
-pub const MAX_BYTES: u64 = 256 * 1024;
 
 /// Reads and checks a scene file of any shape `T`. No more than [`MAX_BYTES`] are ever read.
 pub fn read<T>(path: &Path) -> Result<T, SceneFileError>

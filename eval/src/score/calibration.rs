@@ -1,6 +1,6 @@
 //! Calibration: whether the residuals of unseen instances are as large as the model's noise says.
 
-use crate::distribution::{chi_squared_cdf, fisher_f_cdf, student_t_within};
+use crate::result::distribution::{chi_squared_cdf, fisher_f_cdf, student_t_within};
 use nalgebra::DVector;
 
 /// Probabilities of the regions that are looked at.

@@ -7,7 +7,7 @@ use super::instance_posterior::{KnownInstances, instance_posterior};
 use super::retrieval::{Gallery, recall_at};
 use super::silhouette::silhouette;
 use super::ward::ward_clusters;
-use crate::metric::Metric;
+use crate::result::metric::Metric;
 use std::collections::{BTreeMap, BTreeSet};
 use vantage_dataset::{Seed, ViewSet};
 

@@ -1,6 +1,6 @@
 //! The true and the estimated pose of each step, which trajectory scores compare.
 
-use crate::trajectory::{Trajectory, is_finite};
+use crate::result::trajectory::{Trajectory, is_finite};
 use thiserror::Error;
 use vantage_dataset::Pose;
 

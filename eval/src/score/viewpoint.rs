@@ -3,7 +3,8 @@
 //! A model that is to help SLAM has to prefer the true viewpoint on instances it has never seen; this measures it
 //! before it enters a graph.
 
-use crate::statistics::quantile;
+use crate::result::statistics::quantile;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use vantage_dataset::Symmetry;
@@ -53,7 +54,8 @@ pub fn most_likely_azimuth(mut log_likelihood: impl FnMut(f64) -> f64) -> Option
 }
 
 /// What the model said of one crop of an unseen instance.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ViewpointTrial {
     /// The instance's family.
     pub family: String,

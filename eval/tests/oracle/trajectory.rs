@@ -1,9 +1,9 @@
 use serde::Deserialize;
 use std::path::Path;
+use vantage_eval::result::trajectory::Trajectory;
 use vantage_eval::score::ate::{ate, ate_umeyama};
 use vantage_eval::score::pairs::{MAX_TIME_DIFFERENCE, Pairs};
 use vantage_eval::score::rpe::rpe;
-use vantage_eval::trajectory::Trajectory;
 
 #[derive(Deserialize)]
 struct Expected {

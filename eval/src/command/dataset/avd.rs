@@ -4,7 +4,7 @@ use super::claim::{CLAIM, add_licences, claim};
 use super::images::licences;
 use super::{Format, Index, Need, Source};
 use crate::error::BenchError;
-use crate::output::OutputError;
+use crate::result::output_folder::OutputError;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

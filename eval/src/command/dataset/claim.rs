@@ -1,7 +1,7 @@
 //! Folders in the layouts of others: whose they are, of what scene, and what they hold.
 
 use crate::error::BenchError;
-use crate::output::OutputFolder;
+use crate::result::output_folder::OutputFolder;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

@@ -3,8 +3,8 @@
 use super::claim::other_data;
 use super::{Format, Index, Need, tell};
 use crate::error::BenchError;
-use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
+use crate::result::output_folder::{OutputError, OutputFolder};
 use std::fs;
 use std::path::Path;
 use vantage_dataset::layout::SET_ASIDE;

@@ -1,7 +1,7 @@
 //! `episodes.json`: how much there is of each seed, which spares a resumed run from making it again.
 
 use crate::error::BenchError;
-use crate::output::OutputFolder;
+use crate::result::output_folder::OutputFolder;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;

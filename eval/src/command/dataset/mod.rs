@@ -10,12 +10,12 @@ mod index;
 mod trajectories;
 
 use super::placed;
-use crate::cli::{DatasetArgs, DatasetFormat};
+use crate::command::cli::{DatasetArgs, DatasetFormat};
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
-use crate::output::OutputFolder;
 use crate::pipeline::{SIMULATED, concerns_one_seed};
 use crate::progress::Progress;
+use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};
 use avd::Avd;
 use bigbird::BigBird;

@@ -3,8 +3,8 @@
 use super::claim::other_data;
 use super::{Format, Index, Need, Source};
 use crate::error::BenchError;
-use crate::output::OutputFolder;
-use crate::trajectory::Trajectory;
+use crate::result::output_folder::OutputFolder;
+use crate::result::trajectory::Trajectory;
 use std::path::Path;
 use vantage_dataset::layout::Inventory;
 use vantage_dataset::store::{Provenance, write_g2o};

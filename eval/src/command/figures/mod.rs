@@ -3,13 +3,12 @@
 pub mod latents;
 mod looks;
 
-use super::score::chosen_model;
-use crate::cli::FiguresArgs;
+use crate::command::cli::FiguresArgs;
+use crate::command::exit::Exit;
 use crate::error::BenchError;
-use crate::exit::Exit;
 use crate::figure::FigureError;
-use crate::output::OutputFolder;
-use crate::pipeline::{Pipeline, any_model, check_unseen, imported_views, views};
+use crate::pipeline::{Pipeline, any_model, check_unseen, chosen_model, imported_views, views};
+use crate::result::output_folder::OutputFolder;
 use crate::score::instance_posterior::KnownInstances;
 use looks::Looks;
 use std::io::Write;
@@ -19,7 +18,7 @@ use vantage_dataset::{Seed, Split, ViewSet};
 /// know looks from viewpoints, predictions, likelihoods over viewpoints, and the calibration of their noise.
 pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer)?;
+    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
     let chosen = chosen_model(&pipeline, false, args.model.as_deref())?;
     let (model, folder) = any_model(&pipeline, chosen.as_deref())?;
     let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));

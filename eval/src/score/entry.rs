@@ -1,13 +1,23 @@
 //! Trajectories of somebody else's estimator, beside ours.
 
-use crate::error::BenchError;
+use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
-use crate::score::pairs::{MAX_TIME_DIFFERENCE, nearest};
-use crate::trajectory::{Trajectory, TrajectoryError, TumError};
+use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use thiserror::Error;
 use vantage_dataset::{Pose, Seed};
+
+/// Trajectories of another estimator that cannot be scored.
+#[derive(Debug, Error)]
+#[error("--trajectories {}: {reason}", path.display())]
+pub struct EntryError {
+    /// The folder, or the file in it.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub reason: String,
+}
 
 /// Largest magnitude of a coordinate, metres.
 const FARTHEST: f64 = 1e6;
@@ -30,7 +40,7 @@ impl Entry {
         taken: &[&str],
         seeds: &[Seed],
         progress: &Progress,
-    ) -> Result<Vec<Self>, BenchError> {
+    ) -> Result<Vec<Self>, EntryError> {
         let mut names: BTreeSet<String> = taken.iter().map(|&name| name.to_owned()).collect();
         let read = |folder: &PathBuf| {
             let name = named(folder)?;
@@ -53,7 +63,7 @@ impl Entry {
         folders.iter().map(read).collect()
     }
 
-    fn read(name: String, folder: &Path, seeds: &[Seed]) -> Result<Self, BenchError> {
+    fn read(name: String, folder: &Path, seeds: &[Seed]) -> Result<Self, EntryError> {
         let (mut answers, mut hasher, mut found) = (BTreeMap::new(), blake3::Hasher::new(), false);
         for &seed in seeds {
             let file = file(seed);
@@ -115,7 +125,7 @@ impl Entry {
     }
 
     /// That no robot drives in the scene.
-    pub fn undriven(folder: &Path) -> BenchError {
+    pub fn undriven(folder: &Path) -> EntryError {
         wrong(folder, "no robot drives in this scene; leave the option out")
     }
 }
@@ -133,7 +143,7 @@ fn range(timestamps: &[f64]) -> String {
 }
 
 /// The name of a row, of a folder that is there.
-fn named(folder: &Path) -> Result<String, BenchError> {
+fn named(folder: &Path) -> Result<String, EntryError> {
     if !folder.is_dir() {
         return Err(wrong(folder, "it is no folder; expected one of <seed>.tum"));
     }
@@ -146,7 +156,7 @@ fn named(folder: &Path) -> Result<String, BenchError> {
 }
 
 /// Trajectories in the folder that no seed asks for.
-fn others(folder: &Path, seeds: &[Seed]) -> Result<Vec<String>, BenchError> {
+fn others(folder: &Path, seeds: &[Seed]) -> Result<Vec<String>, EntryError> {
     let asked: BTreeSet<String> = seeds.iter().copied().map(file).collect();
     let entries = std::fs::read_dir(folder).map_err(|error| wrong(folder, &error.to_string()))?;
     let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
@@ -174,8 +184,8 @@ fn lost(error: &TumError) -> bool {
     }
 }
 
-fn wrong(path: &Path, reason: &str) -> BenchError {
-    BenchError::Entry { path: path.to_owned(), reason: reason.to_owned() }
+fn wrong(path: &Path, reason: &str) -> EntryError {
+    EntryError { path: path.to_owned(), reason: reason.to_owned() }
 }
 
 #[cfg(test)]
@@ -203,7 +213,7 @@ mod tests {
             std::fs::write(self.path().join(name), lines.collect::<String>()).unwrap();
         }
 
-        fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, BenchError> {
+        fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, EntryError> {
             let entries = Entry::open(&[self.path()], taken, seeds, &Progress::detect());
             entries.map(|mut entries| entries.remove(0))
         }

@@ -1,7 +1,7 @@
 //! The study file: models that are trained on the views of one scene, each in its own way, and compared.
 
-use crate::pipeline::{MEAN_VIEW, PIXELS};
-use crate::scene_file::is_file_name;
+use super::is_file_name;
+use crate::result::row_name::{MEAN_VIEW, PIXELS};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -189,8 +189,8 @@ fn differ(variants: &[Variant], _: &()) -> garde::Result {
 
 #[cfg(test)]
 mod tests {
+    use super::super::parse;
     use super::*;
-    use crate::scene_file::parse;
     use std::path::Path;
     use vantage_learn::Objective;
 

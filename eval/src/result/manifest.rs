@@ -1,20 +1,21 @@
 //! The manifest beside the results: from what, on what, and how fast they were made.
 //!
-//! Kept apart from [`crate::results`], which equal inputs reproduce byte for byte. `bench check` tells whether processor
+//! Kept apart from [`crate::result::results_file`], which equal inputs reproduce byte for byte. `bench check` tells whether processor
 //! and renderer are those here.
 
-use crate::result_folder::Of;
+use super::kind::ResultKind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
+use vantage_sim::render::RendererInfo;
 
 /// Name of the file.
 pub const FILE_NAME: &str = "manifest.json";
 
 /// The lock file this program was built with.
-const LOCK_FILE: &[u8] = include_bytes!("../../Cargo.lock");
+const LOCK_FILE: &[u8] = include_bytes!("../../../Cargo.lock");
 
 /// Everything that made a result.
 #[derive(Clone, Debug, Serialize)]
@@ -50,7 +51,7 @@ pub struct Manifest {
     pub command: Vec<String>,
     /// What the results are of.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of: Option<Of>,
+    pub of: Option<ResultKind>,
     /// The other files of these results.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
@@ -78,6 +79,17 @@ pub struct Renderer {
     pub adapter: Option<String>,
     /// Driver and its version; `None` for the reference renderer.
     pub driver: Option<String>,
+}
+
+impl From<&RendererInfo> for Renderer {
+    fn from(info: &RendererInfo) -> Self {
+        let is_wgpu = !info.driver.is_empty();
+        Self {
+            name: info.renderer.clone(),
+            adapter: is_wgpu.then(|| info.adapter.clone()),
+            driver: is_wgpu.then(|| info.driver.clone()),
+        }
+    }
 }
 
 /// The machine.

@@ -1,10 +1,9 @@
 //! `log p(m(z) | e, x_rel)` of one crop, over viewpoints.
 
-use crate::error::BenchError;
-use crate::score::bound::student_t_log_density;
+use super::bound::student_t_log_density;
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Crop, Viewpoint};
-use vantage_learn::Viewing;
+use vantage_learn::{ModelError, Viewing};
 
 /// One crop, asked from where it was taken of an object whose latent is known.
 pub struct Likelihood<'a> {
@@ -16,7 +15,7 @@ pub struct Likelihood<'a> {
 
 impl<'a> Likelihood<'a> {
     /// Of a crop.
-    pub fn new(model: &'a dyn Viewing, latent: &'a DVector<f64>, crop: &Crop) -> Result<Self, BenchError> {
+    pub fn new(model: &'a dyn Viewing, latent: &'a DVector<f64>, crop: &Crop) -> Result<Self, ModelError> {
         let measured = model.measure(crop)?;
         Ok(Self { model, latent, measured, sqrt_information: model.noise().sqrt_information() })
     }

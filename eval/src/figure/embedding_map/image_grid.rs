@@ -1,7 +1,7 @@
 //! The images nearest to the points of an axis-aligned grid over a square of the plane.
 
-use super::canvas::Canvas;
-use super::embedding_map::{EmbeddingMap, Square};
+use super::super::canvas::Canvas;
+use super::{EmbeddingMap, Square};
 use plotters::prelude::*;
 use vantage_dataset::crop::CROP_SIDE;
 

@@ -1,24 +1,10 @@
 //! Tables as text: for the terminal, as Markdown, as CSV.
 
-use crate::metric::Metric;
-use crate::score::viewpoint::{ErrorShape, ViewpointSummary};
-use crate::statistics::Mean;
-use crate::table::{Outcome, Summary, Table};
-use comfy_table::presets::{ASCII_MARKDOWN, UTF8_FULL_CONDENSED};
-use comfy_table::{Cell, CellAlignment};
+use super::grid::{Style, UNDEFINED, draw};
+use crate::result::metric::Metric;
+use crate::result::statistics::Mean;
+use crate::result::table::{Outcome, Summary, Table};
 use std::collections::BTreeMap;
-
-/// What stands for an undefined score.
-const DASH: &str = "-";
-
-/// How a table is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Style {
-    /// With box-drawing lines.
-    Terminal,
-    /// A Markdown table.
-    Markdown,
-}
 
 /// Scores, then paired differences to the reference, each as mean and half width of the 95% interval; then why runs failed.
 pub fn tables(table: &Table, style: Style) -> String {
@@ -96,7 +82,7 @@ fn score_text(table: &Table, cell: &Summary) -> String {
     let runs = table.runs_of(&cell.method).iter().filter_map(|run| run.scores.get(&cell.metric).copied());
     let scores: Vec<f64> = runs.collect();
     let end = |pick: fn(f64, f64) -> f64| scores.iter().copied().reduce(pick);
-    let (Some(low), Some(high)) = (end(f64::min), end(f64::max)) else { return DASH.to_owned() };
+    let (Some(low), Some(high)) = (end(f64::min), end(f64::max)) else { return UNDEFINED.to_owned() };
     let (low, high) = (cell.metric.display(low), cell.metric.display(high));
     let ends = if low == high { low } else { format!("{low} to {high}") };
     ends + &defined_on(scores.len(), cell.runs)
@@ -109,76 +95,13 @@ fn difference_text(cell: &Summary) -> String {
 
 /// `0.1234 +- 0.0123`, of one run `0.1234`, with ` (n=9)` where the score is not defined on all runs, or a dash.
 fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
-    let Some(mean) = mean else { return DASH.to_owned() };
+    let Some(mean) = mean else { return UNDEFINED.to_owned() };
     let half_width = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
     format!("{}{half_width}{}", metric.display(mean.mean), defined_on(mean.n, runs))
 }
 
 fn defined_on(n: usize, runs: usize) -> String {
     if n < runs { format!(" (n={n})") } else { String::new() }
-}
-
-/// Viewpoint errors by family, degrees, with chance beside them; the last row is of all families.
-pub fn viewpoint_table(
-    by_family: &BTreeMap<String, ViewpointSummary>,
-    all: &ViewpointSummary,
-    style: Style,
-) -> String {
-    let head = [
-        "Family",
-        "Views",
-        "Median [deg]",
-        "chance",
-        "P90 [deg]",
-        "chance",
-        "< 15 deg",
-        "chance",
-        "No answer",
-    ];
-    let named = by_family.iter().map(|(family, summary)| (family.as_str(), summary));
-    let rows = named
-        .chain([("all", all)])
-        .map(|(family, summary)| {
-            let value = |shape: Option<ErrorShape>, of: fn(ErrorShape) -> f64, metric: Metric| {
-                shape.map_or_else(|| DASH.to_owned(), |shape| metric.display(of(shape)))
-            };
-            let (model, chance) = (summary.model, summary.chance);
-            let (angle, share) = (Metric::ViewpointMedian, Metric::ViewpointRight);
-            vec![
-                family.to_owned(),
-                summary.trials.to_string(),
-                value(model, |s| s.median, angle),
-                value(chance, |s| s.median, angle),
-                value(model, |s| s.p90, angle),
-                value(chance, |s| s.p90, angle),
-                value(model, |s| s.right, share),
-                value(chance, |s| s.right, share),
-                summary.unanswered.to_string(),
-            ]
-        })
-        .collect();
-    draw(style, &head.map(str::to_owned), rows) + "\n"
-}
-
-/// Draws a table whose first column is text and whose others are numbers.
-pub(crate) fn draw(style: Style, head: &[String], rows: Vec<Vec<String>>) -> String {
-    let cell = |text: String| match style {
-        Style::Terminal => text,
-        Style::Markdown => text.replace('|', "\\|"),
-    };
-    let mut drawn = comfy_table::Table::new();
-    drawn.load_style(match style {
-        Style::Terminal => UTF8_FULL_CONDENSED,
-        Style::Markdown => ASCII_MARKDOWN,
-    });
-    drawn.set_header(head.iter().cloned().map(cell));
-    for row in rows {
-        drawn.add_row(row.into_iter().enumerate().map(|(column, text)| {
-            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
-            Cell::new(cell(text)).set_alignment(alignment)
-        }));
-    }
-    drawn.trim_fmt()
 }
 
 /// Every run, one a line, SI units; an undefined score is an empty field. Numbers read back to the same bits.
@@ -203,9 +126,8 @@ pub fn csv(table: &Table) -> Result<Vec<u8>, csv::Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
-    use crate::table::tests::{METHODS, run, runs, table};
-    use vantage_dataset::{Seed, Symmetry};
+    use crate::result::table::tests::{METHODS, run, runs, table};
+    use vantage_dataset::Seed;
 
     #[test]
     fn markdown_shows_means_differences_dashes_and_counts() {
@@ -273,25 +195,5 @@ mod tests {
     fn the_terminal_shows_the_same_numbers() {
         let text = tables(&table(runs()).unwrap(), Style::Terminal);
         assert!(text.contains("0.6500 +- 0.2054") && text.contains('│'), "{text}");
-    }
-
-    #[test]
-    fn viewpoint_errors_stand_beside_chance() {
-        let trials = [
-            ViewpointTrial { family: "mug".into(), symmetry: Symmetry::None, azimuth: 0.0, found: Some(0.1) },
-            ViewpointTrial {
-                family: "bowl".into(),
-                symmetry: Symmetry::Revolution,
-                azimuth: 0.0,
-                found: None,
-            },
-        ];
-        let text = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), Style::Markdown);
-        let cells = |start: &str| -> Vec<String> {
-            let line = text.lines().find(|l| l.starts_with(start)).unwrap();
-            line.split('|').map(|c| c.trim().to_owned()).collect()
-        };
-        assert_eq!(cells("| mug")[3..9], ["5.730", "90.000", "5.730", "162.000", "1.000", "0.083"]);
-        assert_eq!(cells("| bowl")[2..10], ["0", "-", "-", "-", "-", "-", "-", "0"]);
     }
 }

@@ -1,7 +1,7 @@
 //! A result table: the raw score of every method on every seed, and what follows from them.
 
-use crate::metric::Metric;
-use crate::statistics::Mean;
+use crate::result::metric::Metric;
+use crate::result::statistics::Mean;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use thiserror::Error;

@@ -1,6 +1,6 @@
 //! Means with 95% intervals over seeds.
 
-use crate::distribution::incomplete_beta;
+use crate::result::distribution::incomplete_beta;
 use serde::{Deserialize, Serialize};
 
 /// A mean over seeds with its interval.

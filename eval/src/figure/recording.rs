@@ -11,7 +11,7 @@
 //! ```
 
 use crate::error::BenchError;
-use crate::output::OutputError;
+use crate::result::output_folder::OutputError;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use rerun::archetypes::{

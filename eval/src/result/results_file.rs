@@ -1,9 +1,9 @@
 //! Results: the file that a run leaves, that is committed as a baseline, and that a later run is compared with.
 //!
 //! It holds scores and what they are scores of, and nothing of the host or the clock, so that equal inputs give equal
-//! bytes; those facts are in the [manifest](crate::manifest).
+//! bytes; those facts are in the [manifest](crate::result::manifest).
 
-use crate::table::Table;
+use crate::result::table::Table;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -99,7 +99,7 @@ impl Results {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::tests::{runs, table};
+    use crate::result::table::tests::{runs, table};
 
     #[test]
     fn reading_inverts_writing_and_equal_inputs_give_equal_bytes() {

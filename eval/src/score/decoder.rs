@@ -3,21 +3,19 @@
 //! The latent of each instance is fused from the views of its even sessions; its views of odd sessions, under other
 //! light, are the queries.
 
-use super::UnseenTrial;
+use super::azimuth_information::promised_deviation;
+use super::bound::divergence;
+use super::calibration::{REGIONS, calibration};
+use super::embedding::Scores;
 use super::likelihood::Likelihood;
-use crate::error::BenchError;
-use crate::metric::Metric;
-use crate::score::azimuth_information::promised_deviation;
-use crate::score::bound::divergence;
-use crate::score::calibration::{REGIONS, calibration};
-use crate::score::embedding::Scores;
-use crate::score::psnr::{mean_crop, psnr};
-use crate::score::viewpoint::{ViewpointTrial, most_likely_azimuth, summarize};
-use crate::statistics::quantile;
+use super::psnr::{mean_crop, psnr};
+use super::viewpoint::{ViewpointTrial, most_likely_azimuth, summarize};
+use crate::result::metric::Metric;
+use crate::result::statistics::quantile;
 use nalgebra::DVector;
 use std::f64::consts::PI;
 use vantage_dataset::{Crop, Symmetry, View, ViewSet};
-use vantage_learn::{LatentGaussian, Viewing};
+use vantage_learn::{LatentGaussian, ModelError, Viewing};
 
 /// Offsets of the mean likelihood from the true azimuth.
 const OFFSETS: usize = 72;
@@ -31,14 +29,14 @@ pub struct Decoded {
     pub model: Scores,
     /// Scores of the mean of the known views.
     pub mean_view: Scores,
-    /// See [`Unseen`](super::Unseen).
-    pub trials: Vec<UnseenTrial>,
-    /// See [`Unseen`](super::Unseen).
+    /// See [`Unseen`](super::unseen::Unseen).
+    pub trials: Vec<ViewpointTrial>,
+    /// See [`Unseen`](super::unseen::Unseen).
     pub likelihood: Vec<(f64, f64)>,
 }
 
 /// Decodes all queries of a set; `factors` are the encoder's, one a view.
-pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) -> Result<Decoded, BenchError> {
+pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) -> Result<Decoded, ModelError> {
     let dimension = model.latent().dimension;
     let mut found = Queries::default();
     for (index, instance) in set.instances.iter().enumerate() {
@@ -53,7 +51,7 @@ pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) ->
             let at = |turn: f64| likelihood.at(&view.viewpoint.turned(turn));
             let (family, symmetry) = (instance.family.clone(), instance.symmetry);
             let answer = most_likely_azimuth(|candidate| at(candidate - azimuth).unwrap_or(f64::NAN));
-            let trial = UnseenTrial { family, symmetry, azimuth, found: answer };
+            let trial = ViewpointTrial { family, symmetry, azimuth, found: answer };
             found.promise(&trial, &likelihood, view, model);
             if number == 0 {
                 found.by_image.extend(by_image(view, &latent, model, &trial));
@@ -75,7 +73,7 @@ pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) ->
 }
 
 /// PSNR of what a latent looks like from a view's viewpoint, by a model that can tell.
-fn against(view: &View, latent: &DVector<f64>, model: &dyn Viewing) -> Result<Option<f64>, BenchError> {
+fn against(view: &View, latent: &DVector<f64>, model: &dyn Viewing) -> Result<Option<f64>, ModelError> {
     let predicted: Option<Crop> = model.reconstruct_view(latent, &view.viewpoint).transpose()?;
     Ok(predicted.map(|predicted| psnr(&view.crop, &predicted)))
 }
@@ -86,9 +84,8 @@ fn by_image(
     view: &View,
     latent: &DVector<f64>,
     model: &dyn Viewing,
-    trial: &UnseenTrial,
+    trial: &ViewpointTrial,
 ) -> Option<ViewpointTrial> {
-    let trial = ViewpointTrial::from(trial.clone());
     trial.error()?;
     let likeness = |turn: f64| {
         let predicted = model.reconstruct_view(latent, &view.viewpoint.turned(turn))?.ok()?;
@@ -96,12 +93,12 @@ fn by_image(
     };
     likeness(0.0)?;
     let found = most_likely_azimuth(|azimuth| likeness(azimuth - trial.azimuth).unwrap_or(f64::NAN));
-    Some(ViewpointTrial { found, ..trial })
+    Some(ViewpointTrial { found, ..trial.clone() })
 }
 
 #[derive(Default)]
 struct Queries {
-    trials: Vec<UnseenTrial>,
+    trials: Vec<ViewpointTrial>,
     by_image: Vec<ViewpointTrial>,
     log_likelihoods: Vec<f64>,
     divergences: Vec<f64>,
@@ -119,12 +116,12 @@ impl Queries {
     /// Surfaces of revolution have no azimuth to promise.
     fn promise(
         &mut self,
-        trial: &UnseenTrial,
+        trial: &ViewpointTrial,
         likelihood: &Likelihood<'_>,
         view: &View,
         model: &dyn Viewing,
     ) {
-        let Some(error) = ViewpointTrial::from(trial.clone()).error() else { return };
+        let Some(error) = trial.error() else { return };
         let Some((derivative, sqrt_information)) = likelihood.by_azimuth(&view.viewpoint) else { return };
         let degrees = model.noise().degrees_of_freedom;
         let promised = promised_deviation(&derivative, sqrt_information, degrees);
@@ -141,8 +138,7 @@ impl Queries {
 
     fn decoded(mut self, model: &dyn Viewing) -> Decoded {
         let mut scores = Scores::new();
-        let trials: Vec<ViewpointTrial> = self.trials.iter().cloned().map(ViewpointTrial::from).collect();
-        if let Some(shape) = summarize(&trials).model {
+        if let Some(shape) = summarize(&self.trials).model {
             scores.insert(Metric::ViewpointMedian, shape.median);
             scores.insert(Metric::ViewpointRight, shape.right);
         }

@@ -1,7 +1,7 @@
 //! The output folder: found writable before any work, and written file by file so that none is ever half there.
 
 use crate::progress::Progress;
-use crate::trajectory::Trajectory;
+use crate::result::trajectory::Trajectory;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

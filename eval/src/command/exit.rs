@@ -2,7 +2,7 @@
 
 use crate::error::BenchError;
 use crate::gate::GateError;
-use crate::results::ResultsError;
+use crate::result::results_file::ResultsError;
 use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
@@ -62,7 +62,7 @@ impl BenchError {
             | BenchError::NoFolder { .. }
             | BenchError::ForViewSets { .. }
             | BenchError::NoModel { .. }
-            | BenchError::Entry { .. }
+            | BenchError::Entry(_)
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
             | BenchError::ObjectiveNotViewing { .. }
@@ -135,9 +135,9 @@ pub fn end(run: impl FnOnce() -> Result<Exit, BenchError>) -> (Exit, Option<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::OutputError;
+    use crate::result::output_folder::OutputError;
+    use crate::result::table::TableError;
     use crate::scene_file::SceneFileError;
-    use crate::table::TableError;
     use std::path::PathBuf;
     use vantage_dataset::store::StoreError;
 

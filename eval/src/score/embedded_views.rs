@@ -1,6 +1,6 @@
 //! What is clustered and searched: the part of a latent that does not turn, and raw pixels as the floor.
 
-use crate::score::pca::Pca;
+use super::pca::Pca;
 use vantage_dataset::ViewSet;
 use vantage_learn::{Latent, LatentGaussian};
 
@@ -9,7 +9,7 @@ const COMPONENTS: usize = 64;
 const FITTED_ON: usize = 512;
 
 /// Of the posterior mean after each single view, what does not turn with the object's unknown heading.
-pub(super) fn steady_latents(factors: &[LatentGaussian], latent: Latent) -> Vec<Vec<f32>> {
+pub fn steady_latents(factors: &[LatentGaussian], latent: Latent) -> Vec<Vec<f32>> {
     let single = |factor| LatentGaussian::posterior(latent.dimension, std::slice::from_ref(factor)).mean;
     let narrowed = |numbers: Vec<f64>| numbers.into_iter().map(|number| number as f32).collect();
     factors.iter().map(|factor| narrowed(latent.steady(&single(factor)))).collect()

@@ -1,14 +1,14 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
-use super::score::Scored;
-use super::tables::{TRUTH, row_name};
+use super::line::Scored;
 use crate::error::BenchError;
 use crate::figure::contact_sheet::contact_sheet_png;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::trajectory::{TopView, trajectory_svg};
-use crate::result_folder::ResultFolder;
+use crate::result::folder::ResultFolder;
+use crate::result::row_name::{TRUTH, row_name};
+use crate::result::trajectory::Trajectory;
 use crate::score::pairs::Pairs;
-use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Observations, Pose, Truth};

@@ -1,16 +1,10 @@
 //! The tables of scores on unseen instances: which metrics of which methods stand together.
 
-use crate::metric::Metric;
-use crate::score::embedding::Scores;
-use crate::table::{Outcome, Run, Table, TableError};
+use super::embedding::Scores;
+use crate::result::metric::Metric;
+use crate::result::row_name::{LATENTS, MEAN_VIEW, PIXELS};
+use crate::result::table::{Outcome, Run, Table, TableError};
 use vantage_dataset::Seed;
-
-/// Name of the latents' row.
-pub const LATENTS: &str = "viewpoint_dependent";
-/// Name of the floor's row.
-pub const PIXELS: &str = "pixels_pca64";
-/// Name of the row of predicting always the same: the mean of what is known of the instance.
-pub const MEAN_VIEW: &str = "mean_view";
 
 /// One table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +32,7 @@ pub const OF_LATENTS: UnseenTable = UnseenTable {
     ],
 };
 /// More of the same.
-pub(super) const OF_INSTANCES: UnseenTable = UnseenTable {
+pub const OF_INSTANCES: UnseenTable = UnseenTable {
     name: "instances",
     methods: &[LATENTS, PIXELS],
     reference: Some(PIXELS),
@@ -54,7 +48,7 @@ pub(super) const OF_INSTANCES: UnseenTable = UnseenTable {
     ],
 };
 /// Clusters whose number is found.
-pub(super) const OF_DENSITY: UnseenTable = UnseenTable {
+pub const OF_DENSITY: UnseenTable = UnseenTable {
     name: "density",
     methods: &[LATENTS, PIXELS],
     reference: Some(PIXELS),
@@ -69,7 +63,7 @@ pub(super) const OF_DENSITY: UnseenTable = UnseenTable {
     ],
 };
 /// Classes from a few tags.
-pub(super) const OF_GROUNDING: UnseenTable = UnseenTable {
+pub const OF_GROUNDING: UnseenTable = UnseenTable {
     name: "grounding",
     methods: &[LATENTS, PIXELS],
     reference: Some(PIXELS),
@@ -84,7 +78,7 @@ pub(super) const OF_GROUNDING: UnseenTable = UnseenTable {
     ],
 };
 /// Images and azimuths from the decoder.
-pub(super) const OF_DECODER: UnseenTable = UnseenTable {
+pub const OF_DECODER: UnseenTable = UnseenTable {
     name: "decoder",
     methods: &[LATENTS, MEAN_VIEW],
     reference: Some(MEAN_VIEW),
@@ -100,7 +94,7 @@ pub(super) const OF_DECODER: UnseenTable = UnseenTable {
     ],
 };
 /// Residuals against the law that the model claims for them.
-pub(super) const OF_CALIBRATION: UnseenTable = UnseenTable {
+pub const OF_CALIBRATION: UnseenTable = UnseenTable {
     name: "calibration",
     methods: &[LATENTS],
     reference: None,
@@ -132,7 +126,7 @@ impl UnseenTable {
     }
 
     /// The rows of one seed, with those of each method's scores that the table shows.
-    pub(super) fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
+    pub fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
         let shown = |scores: &Scores| {
             scores.iter().filter(|(m, _)| self.metrics.contains(m)).map(|(&m, &v)| (m, v)).collect()
         };

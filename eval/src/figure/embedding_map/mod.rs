@@ -1,9 +1,11 @@
 //! Embeddings as points of the plane, coloured by what they are of, and a square of it shown as images: the paper's Fig. 2.
 
+mod image_grid;
+
 use super::FigureError;
 use super::canvas::Canvas;
-use super::image_grid::image_grid;
 use super::palette::group_colors;
+use image_grid::image_grid;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vantage_dataset::Crop;

@@ -1,36 +1,17 @@
 //! The folder of one scene's or study's results: whose it is, and which of its files an earlier run left.
 
 use crate::error::BenchError;
-use crate::manifest::{FILE_NAME, Manifest};
-use crate::output::{OutputError, OutputFolder};
 use crate::progress::Progress;
-use crate::trajectory::Trajectory;
+use crate::result::kind::ResultKind;
+use crate::result::manifest::{FILE_NAME, Manifest};
+use crate::result::output_folder::{OutputError, OutputFolder};
+use crate::result::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 use vantage_dataset::store::FolderLock;
-
-/// What results are of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Of {
-    /// A scene.
-    Scene,
-    /// A study.
-    Study,
-}
-
-impl fmt::Display for Of {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Scene => "scene",
-            Self::Study => "study",
-        })
-    }
-}
 
 /// The manifest's place while files are written: what they are of, and which an earlier run left.
 const PARTIAL: &str = "manifest.partial.json";
@@ -39,7 +20,7 @@ const PARTIAL: &str = "manifest.partial.json";
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Before {
     /// Of manifests that have it; of older ones the command tells.
-    of: Option<Of>,
+    of: Option<ResultKind>,
     #[serde(default, skip_serializing)]
     command: Vec<String>,
     #[serde(default)]
@@ -55,13 +36,14 @@ impl Before {
         Self { files, ..before }
     }
 
-    fn of(&self) -> Option<Of> {
-        let by_command = |command: &String| if command == "study" { Of::Study } else { Of::Scene };
+    fn of(&self) -> Option<ResultKind> {
+        let by_command =
+            |command: &String| if command == "study" { ResultKind::Study } else { ResultKind::Scene };
         self.of.or_else(|| self.command.get(1).map(by_command))
     }
 
     /// Refuses to write results of something else over these.
-    fn require(&self, folder: &Path, of: Of) -> Result<(), BenchError> {
+    fn require(&self, folder: &Path, of: ResultKind) -> Result<(), BenchError> {
         match self.of() {
             Some(other) if other != of => {
                 Err(BenchError::OtherResults { folder: folder.to_owned(), of: other })
@@ -75,7 +57,7 @@ impl Before {
 /// left alone. While files are written it has no manifest.
 pub struct ResultFolder {
     folder: OutputFolder,
-    of: Of,
+    of: ResultKind,
     before: Before,
     written: RefCell<BTreeSet<String>>,
     _lock: FolderLock,
@@ -83,13 +65,18 @@ pub struct ResultFolder {
 
 impl ResultFolder {
     /// Refuses the place below `out` where results of something else lie that has the same name.
-    pub fn check(out: &OutputFolder, name: &str, of: Of) -> Result<(), BenchError> {
+    pub fn check(out: &OutputFolder, name: &str, of: ResultKind) -> Result<(), BenchError> {
         let folder = out.path().join(name);
         Before::read(&folder).require(&folder, of)
     }
 
     /// Opens the folder of the results of `name` below `out`, once no other run writes into it.
-    pub fn open(out: &OutputFolder, name: &str, of: Of, progress: &Progress) -> Result<Self, BenchError> {
+    pub fn open(
+        out: &OutputFolder,
+        name: &str,
+        of: ResultKind,
+        progress: &Progress,
+    ) -> Result<Self, BenchError> {
         Self::check(out, name, of)?;
         let folder = OutputFolder::probe(&out.path().join(name))?;
         let lock = folder.lock(progress)?;
@@ -153,7 +140,7 @@ mod tests {
     use super::*;
     use vantage_dataset::Seed;
 
-    fn run(out: &OutputFolder, of: Of, files: &[&str]) -> Result<(), BenchError> {
+    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), BenchError> {
         let folder = ResultFolder::open(out, "mine", of, &Progress::detect())?;
         files.iter().try_for_each(|name| folder.write(name, b"new"))?;
         folder.finish(&Manifest::new("abc", &[Seed(0)]))
@@ -164,11 +151,11 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
         let at = |name: &str| root.path().join("mine").join(name);
-        run(&out, Of::Scene, &["tables.md", "0/truth.tum", "1/truth.tum", "2/truth.tum"]).unwrap();
+        run(&out, ResultKind::Scene, &["tables.md", "0/truth.tum", "1/truth.tum", "2/truth.tum"]).unwrap();
         for note in ["notes.txt", "2/notes.txt"] {
             fs::write(at(note), "mine").unwrap();
         }
-        run(&out, Of::Scene, &["tables.md", "0/truth.tum"]).unwrap();
+        run(&out, ResultKind::Scene, &["tables.md", "0/truth.tum"]).unwrap();
         for (name, is_there) in [
             ("tables.md", true),
             ("0/truth.tum", true),
@@ -185,7 +172,9 @@ mod tests {
     fn results_of_a_study_and_of_a_scene_do_not_mix() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
-        for (first, second, name) in [(Of::Scene, Of::Study, "scene"), (Of::Study, Of::Scene, "study")] {
+        for (first, second, name) in
+            [(ResultKind::Scene, ResultKind::Study, "scene"), (ResultKind::Study, ResultKind::Scene, "study")]
+        {
             run(&out, first, &["tables.md"]).unwrap();
             let manifest = root.path().join("mine/manifest.json");
             let older = serde_json::json!({ "command": ["bench", name, "--out", "results"] }).to_string();
@@ -205,8 +194,8 @@ mod tests {
     fn what_a_killed_run_leaves_is_known_and_counts_as_unfinished() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
-        run(&out, Of::Study, &["old.csv"]).unwrap();
-        let killed = ResultFolder::open(&out, "mine", Of::Study, &Progress::detect()).unwrap();
+        run(&out, ResultKind::Study, &["old.csv"]).unwrap();
+        let killed = ResultFolder::open(&out, "mine", ResultKind::Study, &Progress::detect()).unwrap();
         killed.write("new.csv", b"new").unwrap();
         drop(killed);
         let names = || -> BTreeSet<String> {
@@ -214,8 +203,8 @@ mod tests {
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
         };
         assert!(!names().contains(FILE_NAME) && names().contains("old.csv"));
-        assert!(ResultFolder::check(&out, "mine", Of::Scene).is_err());
-        run(&out, Of::Study, &["new.csv"]).unwrap();
+        assert!(ResultFolder::check(&out, "mine", ResultKind::Scene).is_err());
+        run(&out, ResultKind::Study, &["new.csv"]).unwrap();
         assert!(names().is_superset(&["new.csv".to_owned(), FILE_NAME.to_owned()].into()));
         assert!(!names().contains("old.csv") && !names().contains(PARTIAL));
     }
@@ -235,7 +224,7 @@ mod tests {
             fs::write(folder.join("old.csv"), "old").unwrap();
             let manifest = serde_json::json!({ "of": of, "files": names });
             fs::write(folder.join(FILE_NAME), manifest.to_string()).unwrap();
-            run(&out, Of::Scene, &[]).unwrap();
+            run(&out, ResultKind::Scene, &[]).unwrap();
             assert!(outside.exists() && folder.join("folder").exists());
             assert_eq!(folder.join("old.csv").exists(), stays);
         }

@@ -1,10 +1,11 @@
 //! The files of a finished run: results, tables, rows, manifest.
 
 use crate::error::BenchError;
-use crate::manifest::Manifest;
-use crate::render::{Style, csv, tables};
-use crate::result_folder::ResultFolder;
-use crate::results::{self, Results};
+use crate::result::folder::ResultFolder;
+use crate::result::grid::Style;
+use crate::result::manifest::Manifest;
+use crate::result::results_file::{self, Results};
+use crate::result::table_text::{csv, tables};
 
 /// Name of the file of all tables.
 pub const TABLES: &str = "tables.md";
@@ -24,17 +25,17 @@ pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Re
     }
     let text = markdown(results, manifest.model_hash.as_deref(), manifest.caveat.as_deref());
     folder.write(TABLES, text.as_bytes())?;
-    folder.write(results::FILE_NAME, results.to_json()?.as_bytes())?;
+    folder.write(results_file::FILE_NAME, results.to_json()?.as_bytes())?;
     folder.finish(manifest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::OutputFolder;
     use crate::progress::Progress;
-    use crate::result_folder::Of;
-    use crate::table::tests::{runs, table};
+    use crate::result::kind::ResultKind;
+    use crate::result::output_folder::OutputFolder;
+    use crate::result::table::tests::{runs, table};
     use vantage_dataset::Seed;
 
     #[test]
@@ -43,7 +44,7 @@ mod tests {
         let written = |name: &str, runs, manifest: &Manifest| {
             let out = OutputFolder::probe(&folder.path().join(name)).unwrap();
             let results = Results::new("tabletop", "abc", vec![table(runs).unwrap()]);
-            let place = ResultFolder::open(&out, "tabletop", Of::Scene, &Progress::detect()).unwrap();
+            let place = ResultFolder::open(&out, "tabletop", ResultKind::Scene, &Progress::detect()).unwrap();
             write(place, &results, manifest).unwrap();
             out.path().join("tabletop")
         };

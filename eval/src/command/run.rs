@@ -1,0 +1,28 @@
+//! Each command, from its arguments to its exit code.
+
+use super::cli::{Cli, Command};
+use super::exit::Exit;
+use crate::error::BenchError;
+use crate::scene_file::{SceneFile, schema};
+use std::io::Write;
+
+/// Runs a command; what it is asked to print goes to `stdout`.
+pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    match &cli.command {
+        None => super::bench(&cli.run, stdout),
+        Some(Command::Check(args)) => super::check(args, stdout),
+        Some(Command::Dataset(args)) => super::dataset(args, stdout),
+        Some(Command::Figures(args)) => super::figures(args, stdout),
+        Some(Command::Import(args)) => super::import(args, stdout),
+        Some(Command::Look(args)) => super::look(args, stdout),
+        Some(Command::Models(args)) => super::models(args, stdout),
+        #[cfg(feature = "train")]
+        Some(Command::Study(args)) => super::study(args, stdout),
+        #[cfg(feature = "train")]
+        Some(Command::Train(args)) => super::train(args, stdout),
+        Some(Command::Schema) => {
+            stdout.write_all(schema::<SceneFile>()?.as_bytes())?;
+            Ok(Exit::Success)
+        }
+    }
+}

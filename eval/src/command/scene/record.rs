@@ -1,0 +1,65 @@
+//! The manifest of a run, written while it runs: what it was asked, how long each stage took, what it was made of.
+
+use crate::command::cli::StageArgs;
+use crate::error::BenchError;
+use crate::pipeline::{LoadedModel, Pipeline, ScoredViews, SeedEpisode, caveat};
+use crate::result::manifest::{Manifest, Renderer};
+use crate::score::entry::Entry;
+use std::time::Instant;
+use vantage_dataset::Seed;
+
+/// A manifest under way.
+pub struct Record(Manifest);
+
+impl Record {
+    /// Of a scene, under some seeds and options.
+    pub fn begin(pipeline: &Pipeline, seeds: &[Seed], stages: &StageArgs) -> Result<Self, BenchError> {
+        Ok(Self(Manifest {
+            renderer: Renderer::from(&pipeline.renderer_info),
+            options: serde_json::to_value(stages)?,
+            ..Manifest::new(&pipeline.scene_hash, seeds)
+        }))
+    }
+
+    /// Runs a stage, and notes how long it took.
+    pub fn timed<T>(
+        &mut self,
+        stage: &str,
+        run: impl FnOnce() -> Result<T, BenchError>,
+    ) -> Result<T, BenchError> {
+        let start = Instant::now();
+        let made = run()?;
+        self.0.took(stage, start.elapsed());
+        Ok(made)
+    }
+
+    /// The manifest of what came out; the dataset is the episodes or, where no robot drives, the views.
+    pub fn finish(
+        self,
+        pipeline: &Pipeline,
+        model: &LoadedModel,
+        entries: &[Entry],
+        episodes: &[SeedEpisode],
+        views: &[ScoredViews],
+    ) -> Result<Manifest, BenchError> {
+        let made =
+            episodes.iter().map(|(seed, made)| (*seed, made.as_ref().map_or("none", |made| &made.seal)));
+        let looked = views.iter().filter(|_| episodes.is_empty()).map(|views| (views.seed, &*views.seal));
+        Ok(Manifest {
+            model_hash: Some(model.hash.clone()),
+            trajectories: entries.iter().map(|entry| (entry.name.clone(), entry.hash.clone())).collect(),
+            caveat: caveat(pipeline, model.model.inner())?.map(|what| format!("The model {what}.")),
+            dataset_hash: Some(dataset_hash(made.chain(looked))),
+            ..self.0
+        })
+    }
+}
+
+fn dataset_hash<'a>(seals: impl Iterator<Item = (Seed, &'a str)>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (seed, seal) in seals {
+        hasher.update(&seed.0.to_le_bytes());
+        hasher.update(seal.as_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}

@@ -1,0 +1,68 @@
+//! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
+
+use super::{Pipeline, code, views};
+use crate::error::BenchError;
+use crate::result::output_folder::OutputError;
+use crate::score::unseen::{Subject, Unseen, score};
+use rayon::prelude::*;
+use std::path::Path;
+use vantage_dataset::store::{Key, read_manifest, read_views};
+use vantage_dataset::{Seed, Split, ViewSet};
+
+const FILE: &str = "unseen.json";
+
+/// Views of instances that models are scored on.
+pub struct ScoredViews {
+    /// Their seed.
+    pub seed: Seed,
+    /// The views.
+    pub set: ViewSet,
+    /// What identifies them.
+    pub seal: String,
+}
+
+/// The test views of all seeds. Each seed has instances of its own.
+pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews>, BenchError> {
+    let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
+    let of_seed = |&seed: &Seed| {
+        let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
+        rendered.advance(1);
+        Ok(ScoredViews { seed, set, seal })
+    };
+    seeds.iter().map(of_seed).collect()
+}
+
+/// A stored view set, to be scored.
+pub fn imported_views(folder: &Path) -> Result<ScoredViews, BenchError> {
+    if !folder.is_dir() {
+        return Err(BenchError::NoFolder { folder: folder.to_owned() });
+    }
+    Ok(ScoredViews { seed: Seed(0), set: read_views(folder)?, seal: read_manifest(folder)?.seal })
+}
+
+/// The scores on each set, of instances none of which the model has seen, as the caller has made sure; `hash` identifies the model.
+pub fn unseen(
+    pipeline: &Pipeline,
+    sets: &[ScoredViews],
+    subject: Subject<'_>,
+    hash: &str,
+) -> Result<Vec<Unseen>, BenchError> {
+    let stage = pipeline.progress.stage("unseen instances", sets.len() as u64);
+    let (cache, note) = (&pipeline.cache, &pipeline.progress);
+    sets.par_iter()
+        .map(|ScoredViews { seed, set, seal }| {
+            let key = Key::new("unseen", &(code::ANSWERED, seal, hash))?;
+            let entry = super::stored(cache, note, &key, |work| {
+                let json = serde_json::to_vec(&score(*seed, set, subject)?)?;
+                let path = work.join(FILE);
+                std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
+                Ok(())
+            })?;
+            let path = entry.folder.join(FILE);
+            let invalid = |reason: String| BenchError::StoredAnswers { path: path.clone(), reason };
+            let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
+            stage.advance(1);
+            serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))
+        })
+        .collect()
+}

@@ -1,0 +1,16 @@
+//! Results: numbers with their origin, and the files that hold them.
+
+pub mod distribution;
+pub mod folder;
+pub mod grid;
+pub mod kind;
+pub mod manifest;
+pub mod metric;
+pub mod output_folder;
+pub mod report;
+pub mod results_file;
+pub mod row_name;
+pub mod statistics;
+pub mod table;
+pub mod table_text;
+pub mod trajectory;

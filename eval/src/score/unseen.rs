@@ -1,0 +1,72 @@
+//! What a model is worth on instances that no training saw: its latents, and its predictions.
+
+use super::decoder::{Decoded, decode};
+use super::embedded_views::{pixels, steady_latents};
+use super::embedding::{Labels, Scores, score_embeddings};
+use super::unseen_table::{
+    OF_CALIBRATION, OF_DECODER, OF_DENSITY, OF_GROUNDING, OF_INSTANCES, OF_LATENTS, UnseenTable,
+};
+use super::viewpoint::ViewpointTrial;
+use crate::result::row_name::{LATENTS, MEAN_VIEW, PIXELS};
+use crate::result::table::Run;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use vantage_dataset::{Seed, View, ViewSet};
+use vantage_learn::{LatentGaussian, Model, ModelError, Viewing};
+
+/// Scores on the unseen instances of one seed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Unseen {
+    /// Rows of each of [`TABLES`](super::unseen_table::TABLES), by its name.
+    pub runs: BTreeMap<String, Vec<Run>>,
+    /// Viewpoints found by the decoder.
+    pub trials: Vec<ViewpointTrial>,
+    /// Offset from the true azimuth, radians, and the mean over the asymmetric queries of the log-likelihood there,
+    /// nats relative to that at the true azimuth.
+    pub likelihood: Vec<(f64, f64)>,
+}
+
+/// What is scored: a model as one of looks from viewpoints, or one that only embeds crops.
+#[derive(Clone, Copy)]
+pub enum Subject<'a> {
+    /// All scores.
+    Viewing(&'a dyn Viewing),
+    /// Those of embeddings.
+    Embedding(&'a Model),
+}
+
+/// The scores of a set of views, of instances that the model has not seen.
+pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, ModelError> {
+    let labels = Labels::of(set);
+    let (embeddings, decoded) = match subject {
+        Subject::Viewing(model) => {
+            let encode = |view: &View| model.encode_view(&view.crop, &view.viewpoint);
+            let factors: Vec<LatentGaussian> = set.views.iter().map(encode).collect::<Result<_, _>>()?;
+            (steady_latents(&factors, model.latent()), decode(set, &factors, model)?)
+        }
+        Subject::Embedding(model) => {
+            let embed = |view: &View| {
+                let numbers = model.embed(&view.crop, None)?;
+                Ok(numbers.into_iter().map(|number| number as f32).collect())
+            };
+            let embeddings = set.views.iter().map(embed).collect::<Result<Vec<Vec<f32>>, ModelError>>()?;
+            (embeddings, Decoded::default())
+        }
+    };
+    let latents = score_embeddings(&embeddings, &labels, seed);
+    let pixels = score_embeddings(&pixels(set), &labels, seed);
+
+    let mut given = latents.given;
+    given.extend(&decoded.model);
+    let rows: [(&UnseenTable, &[(&str, &Scores)]); 6] = [
+        (&OF_LATENTS, &[(LATENTS, &given), (PIXELS, &pixels.given)]),
+        (&OF_INSTANCES, &[(LATENTS, &given), (PIXELS, &pixels.given)]),
+        (&OF_DENSITY, &[(LATENTS, &latents.density), (PIXELS, &pixels.density)]),
+        (&OF_GROUNDING, &[(LATENTS, &latents.grounding), (PIXELS, &pixels.grounding)]),
+        (&OF_DECODER, &[(LATENTS, &decoded.model), (MEAN_VIEW, &decoded.mean_view)]),
+        (&OF_CALIBRATION, &[(LATENTS, &decoded.model)]),
+    ];
+    let runs = rows.iter().map(|(table, methods)| (table.name.to_owned(), table.rows(seed, methods)));
+    Ok(Unseen { runs: runs.collect(), trials: decoded.trials, likelihood: decoded.likelihood })
+}
