@@ -14,7 +14,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use tract_onnx::prelude::*;
 use vantage_dataset::{Seed, Split};
-use vantage_learn::{Progress, Stage, Training, TrainingDevice, TrainingSpec, ViewpointModel, Viewing, train};
+use vantage_learn::{
+    Progress, Stage, Training, TrainingDevice, TrainingSpec, Viewing, ViewpointModel, train,
+};
 use vantage_model::{LatentGaussian, ObservationModel};
 
 /// As in `bench`.

@@ -287,7 +287,7 @@ fn without_its_jacobian_a_decoder_is_differentiated_by_central_differences() {
             assert!(
                 (near - exact).amax() < 1e-3 * exact.amax(),
                 "{} of {}",
-                (near - &exact).amax(),
+                (near - exact).amax(),
                 exact.amax()
             );
         }

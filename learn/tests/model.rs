@@ -170,7 +170,7 @@ fn the_noise_whitens_the_residuals_it_was_fitted_to() {
     assert!(
         (2.0..15.0).contains(&median),
         "median of the whitened squares {median}, {}",
-        noise.degrees_of_freedom
+        noise.degrees_of_freedom()
     );
 }
 

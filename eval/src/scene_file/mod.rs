@@ -1,9 +1,11 @@
 //! The scene file: YAML -> a checked scene, or every reason why not, with line and column.
 
 mod error;
+pub mod estimator;
 mod place;
 mod range;
 mod read;
+pub mod row;
 pub mod seeds;
 pub mod study;
 mod words;
@@ -12,6 +14,7 @@ pub use error::SceneFileError;
 pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 
+use estimator::EstimatorSpec;
 use garde::Validate;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -23,7 +26,6 @@ use vantage_learn::TrainingSpec;
 use vantage_sim::scene::{
     CheckedScene, RobotSpec, SceneError, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into,
 };
-use vantage_slam::EstimatorSpec;
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;
