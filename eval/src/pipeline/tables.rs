@@ -2,14 +2,14 @@
 
 use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode};
 use crate::error::BenchError;
-use crate::result::table::{Outcome, Run, Table};
+use crate::result::table::{Outcome, Run, Table, TableError};
 use crate::scene_file::row::Row;
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, object_scores, pose_scores};
 use crate::score::unseen::Unseen;
-use crate::score::unseen_table::TABLES;
+use crate::score::unseen_table::{TABLES, UnseenTable};
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Detection, Seed, Truth};
 use vantage_learn::Kind;
@@ -68,9 +68,31 @@ pub fn tables(
     let unseen: Vec<(&str, &[Unseen])> =
         models.iter().map(|model| model.name.as_str()).zip(unseen.iter().map(Vec::as_slice)).collect();
     for table in &TABLES {
-        tables.push(table.of(seeds, &unseen)?);
+        tables.push(of_unseen(table, seeds, &unseen)?);
     }
     Ok(Tables { tables, detections })
+}
+
+/// A table of some models, each with its name and what it is worth on the instances of each seed.
+fn of_unseen(table: &UnseenTable, seeds: &[Seed], models: &[(&str, &[Unseen])]) -> Result<Table, TableError> {
+    let run = |method: &str, &seed: &Seed, scores: Option<&Scores>| Run {
+        method: method.to_owned(),
+        seed,
+        outcome: Outcome::Done,
+        scores: scores.cloned().unwrap_or_default(),
+    };
+    let mut runs = Vec::new();
+    for (name, unseen) in models {
+        let scored = seeds.iter().zip(*unseen);
+        runs.extend(scored.map(|(seed, on)| run(name, seed, on.model.get(table.name))));
+    }
+    // A floor knows no model: that beside the first is that beside all.
+    if let (Some(floor), Some((_, unseen))) = (table.floor(), models.first()) {
+        let scored = seeds.iter().zip(*unseen);
+        runs.extend(scored.map(|(seed, on)| run(floor, seed, on.floor.get(table.name))));
+    }
+    let names: Vec<&str> = models.iter().map(|(name, _)| *name).chain(table.floor()).collect();
+    Table::new(table.name, &names, table.floor(), table.metrics(), seeds, runs)
 }
 
 /// The scores of an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as

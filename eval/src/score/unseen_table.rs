@@ -1,11 +1,8 @@
 //! The tables of scores on unseen instances: which metrics of which methods stand together.
 
 use super::embedding::Scores;
-use super::unseen::Unseen;
 use crate::result::metric::Metric;
 use crate::result::row_name::{MEAN_VIEW, PIXELS};
-use crate::result::table::{Outcome, Run, Table, TableError};
-use vantage_dataset::Seed;
 
 /// One table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,27 +119,5 @@ impl UnseenTable {
     /// Those of some scores that the table shows.
     pub fn shown(&self, scores: &Scores) -> Scores {
         scores.iter().filter(|(metric, _)| self.metrics.contains(metric)).map(|(&m, &v)| (m, v)).collect()
-    }
-
-    /// The table of some models, each with its name and what it is worth on the instances of each seed.
-    pub fn of(&self, seeds: &[Seed], models: &[(&str, &[Unseen])]) -> Result<Table, TableError> {
-        let run = |method: &str, &seed: &Seed, scores: Option<&Scores>| Run {
-            method: method.to_owned(),
-            seed,
-            outcome: Outcome::Done,
-            scores: scores.cloned().unwrap_or_default(),
-        };
-        let mut runs = Vec::new();
-        for (name, unseen) in models {
-            runs.extend(seeds.iter().zip(*unseen).map(|(seed, on)| run(name, seed, on.model.get(self.name))));
-        }
-        // A floor knows no model: that beside the first is that beside all.
-        if let (Some(floor), Some((_, unseen))) = (self.floor, models.first()) {
-            runs.extend(
-                seeds.iter().zip(*unseen).map(|(seed, on)| run(floor, seed, on.floor.get(self.name))),
-            );
-        }
-        let names: Vec<&str> = models.iter().map(|(name, _)| *name).chain(self.floor).collect();
-        Table::new(self.name, &names, self.floor, self.metrics, seeds, runs)
     }
 }
