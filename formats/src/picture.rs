@@ -18,7 +18,7 @@ pub(crate) type DepthImage = ImageBuffer<Luma<u16>, Vec<u16>>;
 pub(crate) fn read_jpeg(path: &Path) -> Result<RgbImage, ImportError> {
     let bytes = read_file(path, LARGEST_FILE)?;
     let image = decode(path, &bytes, ImageFormat::Jpeg)?;
-    if !crate::jpeg::is_whole(&bytes) {
+    if !vantage_dataset::jpeg::is_whole(&bytes) {
         let expected = "a marker of the image's end after its last scan";
         return Err(ImportError::invalid(path, "image", "a file that is cut short", expected, FETCH_AGAIN));
     }

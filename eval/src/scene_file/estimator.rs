@@ -1,51 +1,11 @@
-//! The settings of the estimator, as a scene file gives them.
+//! `estimator`: the rows of a scene, and their settings.
 
-use crate::noise::{BearingNoise, Kernel, not_nan};
+use super::row::Row;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::fmt;
-
-/// A row of the score table: which factors the estimator uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Row {
-    /// Dead reckoning.
-    Odometry,
-    /// Odometry and bearings to object centres.
-    Geometric,
-    /// Geometric, with the viewpoint-dependent semantic factors of III-A.
-    ViewpointDependent,
-    /// The variables and factors of `viewpoint_dependent`, its semantic factors with zero information: a
-    /// control that must equal `geometric`.
-    Uninformative,
-}
-
-impl Row {
-    /// All rows, in the order of the table.
-    pub const ALL: [Row; 4] = [Row::Odometry, Row::Geometric, Row::ViewpointDependent, Row::Uninformative];
-
-    /// Its name in files and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Row::Odometry => "odometry",
-            Row::Geometric => "geometric",
-            Row::ViewpointDependent => "viewpoint_dependent",
-            Row::Uninformative => "uninformative",
-        }
-    }
-
-    /// Whether it needs an observation model.
-    pub fn is_semantic(self) -> bool {
-        matches!(self, Row::ViewpointDependent | Row::Uninformative)
-    }
-}
-
-impl fmt::Display for Row {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
+use vantage_slam::noise::{BearingNoise, Kernel, not_nan};
+use vantage_slam::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
 
 /// Settings of the estimator; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
@@ -111,26 +71,59 @@ pub struct EstimatorSpec {
     pub alternatives: usize,
 }
 
+impl EstimatorSpec {
+    /// The settings as estimators take them.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            solver: SolverSettings {
+                max_iterations: self.max_iterations,
+                tolerance: self.tolerance,
+                covariances: self.covariances,
+            },
+            geometry: GeometrySettings {
+                bearing_noise: self.bearing_noise,
+                bearing_kernel: self.bearing_kernel,
+                minimum_parallax: self.minimum_parallax,
+                size_over_box_side: self.size_over_box_side,
+            },
+            semantics: SemanticSettings {
+                tilt_sigma: self.tilt_sigma,
+                noise_scale: self.semantic_noise_scale,
+                information_scale: self.semantic_information_scale,
+                minimum_view_separation: self.minimum_view_separation,
+            },
+            orientation: OrientationSettings {
+                yaw_candidates: self.yaw_candidates,
+                views: self.orientation_views,
+                refined_modes: self.refined_modes,
+                ambiguous_margin: self.ambiguous_margin,
+                alternatives: self.alternatives,
+            },
+        }
+    }
+}
+
 impl Default for EstimatorSpec {
     fn default() -> Self {
+        let Settings { solver, geometry, semantics, orientation } = Settings::default();
         Self {
             rows: Row::ALL.to_vec(),
-            max_iterations: 100,
-            tolerance: 1e-6,
-            covariances: true,
-            bearing_noise: BearingNoise { fixed: 0.003, proportional: 0.05 },
-            bearing_kernel: Kernel::Huber { threshold: 2.0 },
-            minimum_parallax: 0.03,
-            tilt_sigma: 0.05,
-            size_over_box_side: 1.1,
-            semantic_noise_scale: 1.0,
-            semantic_information_scale: 1.0,
-            minimum_view_separation: 0.0,
-            yaw_candidates: 48,
-            orientation_views: 16,
-            refined_modes: 4,
-            ambiguous_margin: 5.0,
-            alternatives: 3,
+            max_iterations: solver.max_iterations,
+            tolerance: solver.tolerance,
+            covariances: solver.covariances,
+            bearing_noise: geometry.bearing_noise,
+            bearing_kernel: geometry.bearing_kernel,
+            minimum_parallax: geometry.minimum_parallax,
+            tilt_sigma: semantics.tilt_sigma,
+            size_over_box_side: geometry.size_over_box_side,
+            semantic_noise_scale: semantics.noise_scale,
+            semantic_information_scale: semantics.information_scale,
+            minimum_view_separation: semantics.minimum_view_separation,
+            yaw_candidates: orientation.yaw_candidates,
+            orientation_views: orientation.views,
+            refined_modes: orientation.refined_modes,
+            ambiguous_margin: orientation.ambiguous_margin,
+            alternatives: orientation.alternatives,
         }
     }
 }
@@ -149,6 +142,8 @@ mod tests {
         assert_eq!(spec.bearing_kernel, Kernel::StudentT { degrees_of_freedom: 4.0 });
         assert_eq!(spec.max_iterations, EstimatorSpec::default().max_iterations);
         assert!(spec.validate().is_ok());
+        assert_eq!(spec.settings().geometry.bearing_kernel, spec.bearing_kernel);
+        assert_eq!(EstimatorSpec::default().settings(), Settings::default());
         for unknown in
             [r#"{"iterations": 3}"#, r#"{"bearing_noise": {"fixed": 0.1, "proportional": 0, "x": 1}}"#]
         {
