@@ -10,9 +10,6 @@ use vantage_dataset::store::StoreError;
 const LARGEST_FILE: u64 = 64 << 20;
 const LARGEST_SIDE: u32 = 1 << 14;
 const LARGEST_IMAGE: u64 = 256 << 20;
-/// Markers of a JPEG, which do not occur in the data of a scan.
-const START_OF_SCAN: &[u8] = &[0xff, 0xda];
-const END_OF_IMAGE: &[u8] = &[0xff, 0xd9];
 
 /// Depth as whole numbers; what one of them is depends on the dataset.
 pub(crate) type DepthImage = ImageBuffer<Luma<u16>, Vec<u16>>;
@@ -21,17 +18,11 @@ pub(crate) type DepthImage = ImageBuffer<Luma<u16>, Vec<u16>>;
 pub(crate) fn read_jpeg(path: &Path) -> Result<RgbImage, ImportError> {
     let bytes = read_file(path, LARGEST_FILE)?;
     let image = decode(path, &bytes, ImageFormat::Jpeg)?;
-    if !is_ended(&bytes) {
+    if !vantage_dataset::jpeg::is_whole(&bytes) {
         let expected = "a marker of the image's end after its last scan";
         return Err(ImportError::invalid(path, "image", "a file that is cut short", expected, FETCH_AGAIN));
     }
     Ok(image.into_rgb8())
-}
-
-/// Whether a JPEG's last scan is followed by the end of the image.
-fn is_ended(jpeg: &[u8]) -> bool {
-    let mut markers = jpeg.windows(2).rev();
-    markers.find(|two| [START_OF_SCAN, END_OF_IMAGE].contains(two)).is_some_and(|last| last == END_OF_IMAGE)
 }
 
 /// A mask as it decodes: 0 where PBM says black.

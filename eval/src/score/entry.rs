@@ -2,6 +2,7 @@
 
 use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
+use crate::result::row_name::folder_name;
 use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind};
@@ -40,11 +41,11 @@ impl Entry {
     /// Reads the files of `seeds` in each folder. Folders' names must differ from each other and from `taken`.
     pub fn open(
         folders: &[PathBuf],
-        taken: &[&str],
+        taken: &[String],
         seeds: &[Seed],
         progress: &Progress,
     ) -> Result<Vec<Self>, EntryError> {
-        let mut names: BTreeSet<String> = taken.iter().map(|&name| name.to_owned()).collect();
+        let mut names: BTreeSet<String> = taken.iter().cloned().collect();
         let read = |folder: &PathBuf| {
             let name = named(folder)?;
             if !names.insert(name.clone()) {
@@ -150,10 +151,7 @@ fn named(folder: &Path) -> Result<String, EntryError> {
     if !folder.is_dir() {
         return Err(wrong(folder, "it is no folder; expected one of <seed>.tum"));
     }
-    let absolute = || folder.canonicalize().ok()?.file_name().map(ToOwned::to_owned);
-    let name =
-        folder.file_name().map(ToOwned::to_owned).or_else(absolute).and_then(|name| name.into_string().ok());
-    name.filter(|name| name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c))).ok_or_else(|| {
+    folder_name(folder).ok_or_else(|| {
         wrong(folder, "a row takes letters, digits, '-', '_' and '.' alone; rename the folder")
     })
 }
@@ -222,7 +220,8 @@ mod tests {
         }
 
         fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, EntryError> {
-            let entries = Entry::open(&[self.path()], taken, seeds, &Progress::detect());
+            let taken: Vec<String> = taken.iter().map(|&name| name.to_owned()).collect();
+            let entries = Entry::open(&[self.path()], &taken, seeds, &Progress::detect());
             entries.map(|mut entries| entries.remove(0))
         }
     }

@@ -8,9 +8,9 @@ use std::path::Path;
 use vantage_dataset::store::read_regular;
 use vantage_dataset::{Capture, InstanceId, ObjectTruth, Seed, Split};
 use vantage_formats::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Object;
 use vantage_sim::rollout::Rollout;
-use vantage_sim::scene::CheckedScene;
 
 /// A longer text, bytes, is no licence.
 const LARGEST_LICENCE: u64 = 1 << 20;
