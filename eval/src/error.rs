@@ -92,6 +92,15 @@ pub enum BenchError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// Model folders that are refused, of those to be told of.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Refused(Vec<vantage_learn::ModelError>),
+    /// Scores that are no numbers, which are not cached.
+    #[error("the model's scores on unseen instances of seed {seed} are not all finite numbers: check its outputs and its residual")]
+    NotFinite {
+        /// The seed of the instances.
+        seed: u64,
+    },
     /// A folder that is to be read is not there.
     #[error("there is no folder {}", folder.display())]
     NoFolder {

@@ -1,6 +1,6 @@
 //! Why a model folder is refused.
 
-pub use crate::onnx::error::GraphError;
+pub use crate::onnx::error::{GraphError, NodeFault};
 use crate::role::{Kind, Role};
 use std::path::PathBuf;
 

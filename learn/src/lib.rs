@@ -25,6 +25,7 @@ mod derivatives;
 mod difference;
 mod embedding_model;
 mod error;
+mod file;
 mod folder;
 mod latent;
 mod manifest;
@@ -43,7 +44,7 @@ pub use architecture::Architecture;
 pub use canary::{CANARY, Canary, CanaryCase};
 pub use change::{camera_motion, object_centred_change};
 pub use embedding_model::EmbeddingModel;
-pub use error::{GraphError, ModelError};
+pub use error::{GraphError, ModelError, NodeFault};
 pub use folder::LARGEST_FILE;
 pub use latent::{Latent, LatentGaussian, LatentLayout};
 pub use manifest::{
