@@ -13,9 +13,10 @@ use crate::score::pairs::PairsError;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::InstanceId;
-use vantage_dataset::layout::ImportError;
 use vantage_dataset::store::StoreError;
+use vantage_formats::ImportError;
 use vantage_learn::Kind;
+use vantage_model::AnswerError;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
 use vantage_slam::EstimateError;
@@ -96,11 +97,16 @@ pub enum BenchError {
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Refused(Vec<vantage_learn::ModelError>),
     /// Scores that are no numbers, which are not cached.
-    #[error("the model's scores on unseen instances of seed {seed} are not all finite numbers: check its outputs and its residual")]
+    #[error(
+        "the model's scores on unseen instances of seed {seed} are not all finite numbers: check its outputs and its residual"
+    )]
     NotFinite {
         /// The seed of the instances.
         seed: u64,
     },
+    /// See [`AnswerError`].
+    #[error("observation model: {0}")]
+    Answer(#[from] AnswerError),
     /// A folder that is to be read is not there.
     #[error("there is no folder {}", folder.display())]
     NoFolder {
@@ -121,6 +127,23 @@ pub enum BenchError {
     NoModel {
         /// The folder.
         folder: PathBuf,
+    },
+    /// A model whose folder gives its row no name.
+    #[error(
+        "--model {}: the folder's name is that of the model's row, which takes letters, digits, '-', '_' and '.' alone; rename \
+         the folder", folder.display()
+    )]
+    Unnamed {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A model whose row would have the name of another.
+    #[error("--model {}: another row, or the truth, is named {name}; rename the folder", folder.display())]
+    Named {
+        /// The folder.
+        folder: PathBuf,
+        /// The name.
+        name: String,
     },
     /// See [`vantage_learn::TrainError`].
     #[cfg(feature = "train")]

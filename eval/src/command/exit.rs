@@ -62,6 +62,8 @@ impl BenchError {
             | BenchError::NoFolder { .. }
             | BenchError::ForViewSets { .. }
             | BenchError::NoModel { .. }
+            | BenchError::Unnamed { .. }
+            | BenchError::Named { .. }
             | BenchError::Entry(_)
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
@@ -70,6 +72,7 @@ impl BenchError {
             | BenchError::OtherResults { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_)
+            | BenchError::Answer(_)
             | BenchError::NotFinite { .. }
             | BenchError::Refused(_)
             | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,

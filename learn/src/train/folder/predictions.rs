@@ -1,7 +1,6 @@
 //! What the trained networks say of views, as the calibration and the sheet ask it.
 
 use crate::architecture::Architecture;
-use crate::latent::LatentGaussian;
 use crate::train::autoencoder::features::Features;
 use crate::train::autoencoder::network::{Autoencoder, decoder_input, encoder_input};
 use crate::train::data::views::Views;
@@ -9,6 +8,7 @@ use crate::train::network::rows::{numbers, table};
 use crate::train::network::turn::{Turn, for_each_number};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::DVector;
+use vantage_model::LatentGaussian;
 
 /// A trained autoencoder over the features of some views.
 pub(crate) struct Predictions<'a> {
