@@ -93,6 +93,17 @@ pub enum BenchError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// Model folders that are refused, of those to be told of.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Refused(Vec<vantage_learn::ModelError>),
+    /// Scores that are no numbers, which are not cached.
+    #[error(
+        "the model's scores on unseen instances of seed {seed} are not all finite numbers: check its outputs and its residual"
+    )]
+    NotFinite {
+        /// The seed of the instances.
+        seed: u64,
+    },
     /// See [`AnswerError`].
     #[error("observation model: {0}")]
     Answer(#[from] AnswerError),

@@ -45,9 +45,11 @@ fn faults_are_told_with_their_place_and_end_with_5() {
         fs::write(scene.path(name).join("model.yaml"), manifest.replacen(old, new, 1)).expect("a manifest");
         models(name).expect(5, &words);
     }
-    let all = Finished::of(bench().arg("models").arg(scene.path("key")).arg("models/objects"));
-    all.expect(5, &["mesurement"]);
-    assert!(all.stdout.contains("refused:") && all.stdout.contains("azimuth_harmonics"), "{}", all.stdout);
+    let folders = [scene.path("key"), root().join("models/objects"), scene.path("version")];
+    let all = Finished::of(bench().arg("models").args(folders));
+    all.expect(5, &["mesurement", "version 1"]);
+    assert!(all.stdout.contains("azimuth_harmonics") && all.stdout.matches("refused:").count() == 2);
+    assert!(!all.stdout.contains("mesurement"), "a reason is told once: {}", all.stdout);
 }
 
 /// The small scene with a model of its own, hardly trained.

@@ -71,9 +71,11 @@ impl BenchError {
             | BenchError::NothingHeldOut { .. }
             | BenchError::OtherResults { .. }
             | BenchError::NotOurs { .. } => Exit::BadInput,
-            BenchError::Model(_) | BenchError::Answer(_) | BenchError::StoredAnswers { .. } => {
-                Exit::StoredDataInvalid
-            }
+            BenchError::Model(_)
+            | BenchError::Answer(_)
+            | BenchError::NotFinite { .. }
+            | BenchError::Refused(_)
+            | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]
             BenchError::Train(error) => training_exit(error),
             #[cfg(not(feature = "train"))]
