@@ -1,5 +1,6 @@
 //! Everything that ends a run of `bench` early.
 
+use crate::command::source::SourceError;
 use crate::gate::GateError;
 use crate::result::kind::ResultKind;
 use crate::result::output_folder::OutputError;
@@ -26,6 +27,9 @@ pub enum BenchError {
     /// See [`SceneFileError`].
     #[error(transparent)]
     Scene(#[from] SceneFileError),
+    /// See [`SourceError`].
+    #[error(transparent)]
+    Source(#[from] SourceError),
     /// See [`VariantError`].
     #[error(transparent)]
     Variant(#[from] VariantError),

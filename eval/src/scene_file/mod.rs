@@ -1,6 +1,7 @@
 //! The scene file: YAML -> a checked scene, or every reason why not, with line and column.
 
 mod error;
+mod kind;
 mod place;
 mod range;
 mod read;
@@ -9,6 +10,7 @@ pub mod study;
 mod words;
 
 pub use error::SceneFileError;
+pub use kind::FileKind;
 pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 

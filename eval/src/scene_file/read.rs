@@ -6,11 +6,11 @@ use super::{MAX_BYTES, SceneFileError};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
-use std::fs::File;
-use std::io::Read;
+use std::io::ErrorKind;
 use std::path::Path;
+use vantage_dataset::store::read_regular;
 
-/// Reads and checks a scene file of any shape `T`. No more than [`MAX_BYTES`] are ever read.
+/// Reads and checks a scene file of any shape `T`. It has to be a regular file, of which no more than [`MAX_BYTES`] are ever read.
 pub fn read<T>(path: &Path) -> Result<T, SceneFileError>
 where
     T: DeserializeOwned + JsonSchema + Validate<Context = ()>,
@@ -20,13 +20,10 @@ where
 
 /// The text of a scene file.
 pub(super) fn text(path: &Path) -> Result<String, SceneFileError> {
-    let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-        .map_err(|source| SceneFileError::Unreadable { path: path.to_owned(), source })?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(SceneFileError::TooLarge { path: path.to_owned() });
-    }
+    let bytes = read_regular(path, MAX_BYTES).map_err(|source| match source.kind() {
+        ErrorKind::FileTooLarge => SceneFileError::TooLarge { path: path.to_owned() },
+        _ => SceneFileError::Unreadable { path: path.to_owned(), source },
+    })?;
     String::from_utf8(bytes).map_err(|error| SceneFileError::NotText {
         path: path.to_owned(),
         offset: error.utf8_error().valid_up_to(),
@@ -242,5 +239,11 @@ mod tests {
         let missing = read::<Head>(&folder.path().join("missing.yaml")).unwrap_err();
         assert!(missing.to_string().contains("missing.yaml"));
         assert!(matches!(read::<Head>(folder.path()), Err(SceneFileError::Unreadable { .. })));
+        #[cfg(unix)]
+        {
+            let pipe = folder.path().join("pipe.yaml");
+            assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+            assert!(read::<Head>(&pipe).unwrap_err().to_string().contains("not a regular file"));
+        }
     }
 }

@@ -2,11 +2,12 @@
 
 use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
-use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
+use crate::result::trajectory::{Trajectory, TumError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::store::read_regular;
 use vantage_dataset::{Pose, Seed};
 
 /// Trajectories of another estimator that cannot be scored.
@@ -21,6 +22,9 @@ pub struct EntryError {
 
 /// Largest magnitude of a coordinate, metres.
 const FARTHEST: f64 = 1e6;
+
+/// Most bytes of a file: half a million poses.
+const LARGEST: u64 = 64 << 20;
 
 /// An estimator by what it answered: a folder of `<seed>.tum`.
 #[derive(Clone, Debug)]
@@ -68,14 +72,17 @@ impl Entry {
         for &seed in seeds {
             let file = file(seed);
             let path = folder.join(&file);
-            let text = match std::fs::read_to_string(&path) {
-                Ok(text) => text,
+            let bytes = match read_regular(&path, LARGEST) {
+                Ok(bytes) => bytes,
                 Err(error) if error.kind() == ErrorKind::NotFound => {
                     answers.insert(seed, Err(format!("there is no {file}")));
                     continue;
                 }
                 Err(error) => return Err(wrong(&path, &error.to_string())),
             };
+            let text = String::from_utf8(bytes).map_err(|error| {
+                wrong(&path, &format!("it is not UTF-8 text (byte {})", error.utf8_error().valid_up_to()))
+            })?;
             found = true;
             hasher
                 .update(&seed.0.to_le_bytes())
@@ -178,7 +185,7 @@ fn near(trajectory: Trajectory) -> Result<Trajectory, String> {
 /// Whether an estimator that has lost its way writes such a file.
 fn lost(error: &TumError) -> bool {
     match error {
-        TumError::Empty | TumError::Trajectory(TrajectoryError::NotFinite { .. }) => true,
+        TumError::Empty | TumError::NotFinite { .. } => true,
         TumError::Quaternion { norm, .. } => !norm.is_finite(),
         _ => false,
     }
@@ -224,7 +231,7 @@ mod tests {
         let folder = Folder::new();
         folder.write("0.tum", &STEPS);
         folder.write("1.tum", &[-1.0, 0.004, 0.05, 0.099, 0.103, 0.2, 0.26, 0.301, 9.0]);
-        folder.write("2.tum", &[0.0, 0.0, 0.1, 0.3]);
+        folder.write("2.tum", &[0.0, 0.01, 0.1, 0.3]);
         folder.write("3.tum", &[0.0, 0.1, 0.2, 0.32]);
         folder.write("4.tum", &[0.0, 0.01, 0.02, 0.03]);
         let seeds = [0, 1, 2, 3, 4, 5].map(Seed);
@@ -279,7 +286,12 @@ mod tests {
         assert!(told(&[]).contains("7.tum: line 2, column 2"), "{}", told(&[]));
         std::fs::remove_file(folder.path().join("7.tum")).unwrap();
         std::fs::create_dir(folder.path().join("7.tum")).unwrap();
-        assert!(told(&[]).contains("7.tum: "), "{}", told(&[]));
+        assert!(told(&[]).contains("7.tum: it is not a regular file"), "{}", told(&[]));
+        std::fs::remove_dir(folder.path().join("7.tum")).unwrap();
+        std::fs::write(folder.path().join("7.tum"), [b'#', 0xff]).unwrap();
+        assert!(told(&[]).contains("7.tum: it is not UTF-8 text (byte 1)"), "{}", told(&[]));
+        std::fs::write(folder.path().join("7.tum"), "0 0 0 0 0 0 0 1\n0 1 0 0 0 0 0 1\n").unwrap();
+        assert!(told(&[]).contains("7.tum: line 2: another pose"), "{}", told(&[]));
         let open =
             |name: &str| Entry::open(&[folder.0.path().join(name)], &[], &[Seed(7)], &Progress::detect());
         assert!(open("none").unwrap_err().to_string().contains("it is no folder"));
