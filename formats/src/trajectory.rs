@@ -82,7 +82,9 @@ pub enum TumError {
         line: usize,
     },
     /// A timestamp that goes back.
-    #[error("line {line}: timestamp {timestamp} is before {before}, that of the pose above: timestamps must not go back")]
+    #[error(
+        "line {line}: timestamp {timestamp} is before {before}, that of the pose above: timestamps must not go back"
+    )]
     GoesBack {
         /// Line number, from 1.
         line: usize,
@@ -92,7 +94,9 @@ pub enum TumError {
         before: f64,
     },
     /// Another pose at the time of the pose above. (The same pose again is one that TUM's own ground truth repeats.)
-    #[error("line {line}: another pose than the one above, at the same time {timestamp}: expected one pose a time")]
+    #[error(
+        "line {line}: another pose than the one above, at the same time {timestamp}: expected one pose a time"
+    )]
     TwoPoses {
         /// Line number, from 1.
         line: usize,

@@ -305,7 +305,7 @@ mod tests {
         assert!(told(&[]).contains("7.tum: it is not a regular file"), "{}", told(&[]));
         std::fs::remove_dir(folder.path().join("7.tum")).unwrap();
         std::fs::write(folder.path().join("7.tum"), [b'#', 0xff]).unwrap();
-        assert!(told(&[]).contains("7.tum: it is not UTF-8 text (byte 1)"), "{}", told(&[]));
+        assert!(told(&[]).contains("7.tum: it is not UTF-8 text"), "{}", told(&[]));
         std::fs::write(folder.path().join("7.tum"), "0 0 0 0 0 0 0 1\n0 1 0 0 0 0 0 1\n").unwrap();
         assert!(told(&[]).contains("7.tum: line 2: another pose"), "{}", told(&[]));
         let open =

@@ -88,7 +88,8 @@ async fn choose(instance: &wgpu::Instance) -> Result<wgpu::Adapter, RenderError>
     let Ok(wanted) = std::env::var("WGPU_ADAPTER_NAME") else {
         let chosen = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await;
         // What wgpu says counts the interfaces that were not asked for, too.
-        let none = |_| RenderError::NoAdapter { detail: "the Vulkan loader, or a driver for it, is missing".into() };
+        let none =
+            |_| RenderError::NoAdapter { detail: "the Vulkan loader, or a driver for it, is missing".into() };
         return chosen.map_err(none);
     };
     let mut names = Vec::new();
