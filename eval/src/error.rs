@@ -78,7 +78,7 @@ pub enum BenchError {
         differs: String,
     },
     /// A picture that would not be one.
-    #[error("--out {}: expected the name of a PNG file", path.display())]
+    #[error("--out {}: expected the name of a PNG file, such as out/look.png, and no folder", path.display())]
     NoPicture {
         /// What was asked for.
         path: PathBuf,
@@ -114,8 +114,9 @@ pub enum BenchError {
     },
     /// A model's folder is not there.
     #[error(
-        "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
-         or have `bench SCENE` train one with --train", folder.display()
+        "there is no folder {}, which --model or the scene's training.reference names (relative to the scene file: put it beside \
+         the others, into scenes/): name one that is there or that `bench train` wrote by --model DIR, or train one with --train",
+        folder.display()
     )]
     NoModel {
         /// The folder.

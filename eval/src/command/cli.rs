@@ -2,13 +2,11 @@
 
 use super::help::{EXAMPLES, EXIT_CODES};
 use super::shell::command_name;
-use super::source::{SourceError, is_unknown, near_word};
-use crate::scene_file::FileKind;
+use super::source::unknown_word;
 use clap::builder::RangedI64ValueParser;
-use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use vantage_dataset::Split;
 use vantage_sim::render::choice::RendererChoice as Renderers;
 
@@ -25,16 +23,6 @@ pub struct Cli {
     pub run: RunArgs,
 }
 
-/// What a command reads.
-pub struct Source<'a> {
-    /// The file, or the name of one that comes with the program.
-    pub path: &'a mut PathBuf,
-    /// What it has to be.
-    pub kind: FileKind,
-    /// Folder of the command's cache.
-    pub cache: &'a Path,
-}
-
 impl Cli {
     /// The command line of this process, which ends with help, or with 2 and what is wrong.
     pub fn of_process() -> Self {
@@ -43,71 +31,6 @@ impl Cli {
             unknown_word(first.as_deref()).unwrap_or(error).exit()
         })
     }
-
-    /// The scene or the study that the command reads, if any.
-    pub fn source(&mut self) -> Option<Source<'_>> {
-        let Some(command) = &mut self.command else {
-            let path = self.run.scene.as_mut()?;
-            return Some(Source { path, kind: FileKind::Scene, cache: &self.run.stages.cache });
-        };
-        let (path, cache) = match command {
-            Command::Check(args) => (&mut args.scene, &args.stages.cache),
-            Command::Dataset(args) => (&mut args.scene, &args.cache),
-            Command::Figures(args) => (&mut args.scene, &args.cache),
-            Command::Look(args) => (&mut args.scene, &args.cache),
-            #[cfg(feature = "train")]
-            Command::Train(args) => (&mut args.scene, &args.cache),
-            #[cfg(feature = "train")]
-            Command::Study(args) => {
-                return Some(Source { path: &mut args.study, kind: FileKind::Study, cache: &args.cache });
-            }
-            _ => return None,
-        };
-        Some(Source { path, kind: FileKind::Scene, cache })
-    }
-
-    /// What a command that is interrupted leaves for the next one, and the folder that holds it.
-    pub fn kept(&self) -> Option<(&'static str, &Path)> {
-        let stages = |cache| Some(("finished stages", cache));
-        match &self.command {
-            None => stages(&*self.run.stages.cache),
-            Some(Command::Check(args)) => stages(&*args.stages.cache),
-            Some(Command::Figures(args)) => stages(&*args.cache),
-            Some(Command::Dataset(args)) => Some(("finished episodes", &*args.out)),
-            #[cfg(feature = "train")]
-            Some(Command::Study(args)) => stages(&*args.cache),
-            #[cfg(feature = "train")]
-            Some(Command::Train(args)) => Some(("checkpoints", &*args.out)),
-            Some(_) => None,
-        }
-    }
-
-    /// Who renders for the command; `None` where nothing is rendered.
-    pub fn renderer(&self) -> Option<RendererChoice> {
-        match &self.command {
-            None => Some(self.run.stages.renderer),
-            Some(Command::Check(args)) => Some(args.stages.renderer),
-            Some(Command::Dataset(args)) => Some(args.renderer),
-            Some(Command::Figures(args)) => Some(args.renderer),
-            Some(Command::Look(args)) => Some(args.renderer),
-            #[cfg(feature = "train")]
-            Some(Command::Study(args)) => Some(args.renderer),
-            #[cfg(feature = "train")]
-            Some(Command::Train(args)) => Some(args.renderer),
-            Some(_) => None,
-        }
-    }
-}
-
-/// What to say where the first word is a misspelt command, which clap takes for a scene, and blames what follows it.
-fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
-    let word = first.filter(|word| !word.starts_with('-'))?;
-    let known = Cli::command().get_subcommands().any(|command| command.get_name() == word) || word == "help";
-    if known || !is_unknown(word) {
-        return None;
-    }
-    let unknown = SourceError::NoCommand { word: word.to_owned(), meant: near_word(word) };
-    Some(Cli::command().error(ErrorKind::InvalidSubcommand, unknown))
 }
 
 /// What `bench` does.

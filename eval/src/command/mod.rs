@@ -11,6 +11,7 @@ pub mod interrupt;
 mod list;
 mod look;
 mod models;
+mod needs;
 pub mod no_display;
 pub mod run;
 mod scene;

@@ -4,6 +4,8 @@ use super::cli::Cli;
 use crate::error::BenchError;
 use crate::scene_file::FileKind;
 use crate::supplied;
+use clap::CommandFactory;
+use clap::error::ErrorKind;
 use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -154,16 +156,23 @@ fn names(kind: FileKind) -> impl Iterator<Item = (String, String)> {
 }
 
 /// What a misspelt word before anything else may be: a command or a scene.
-pub fn near_word(word: &str) -> Meant {
-    let commands = <Cli as clap::CommandFactory>::command();
+fn near_word(word: &str) -> Meant {
+    let commands = Cli::command();
     let commands = commands.get_subcommands().map(|command| command.get_name().to_owned());
     let commands = commands.map(|name| (name.clone(), format!("the command `{name}`")));
     Meant::nearest(word, commands.chain(names(FileKind::Scene)))
 }
 
-/// Whether a word is no file, no folder and no scene that comes with the program.
-pub fn is_unknown(word: &str) -> bool {
-    is_name(Path::new(word)) && !Path::new(word).exists() && named(word).is_none()
+/// What to say where the first word is a misspelt command, which clap takes for a scene, and blames what follows it.
+pub fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
+    let word = first.filter(|word| !word.starts_with('-'))?;
+    let known = Cli::command().get_subcommands().any(|command| command.get_name() == word) || word == "help";
+    let nothing = is_name(Path::new(word)) && !Path::new(word).exists() && named(word).is_none();
+    if known || !nothing {
+        return None;
+    }
+    let unknown = SourceError::NoCommand { word: word.to_owned(), meant: near_word(word) };
+    Some(Cli::command().error(ErrorKind::InvalidSubcommand, unknown))
 }
 
 /// A file beside the one that is not there, or one of its name that comes with the program.
