@@ -1,5 +1,8 @@
 //! Hashes of the source code behind the stages of the cache: a result made by other code is not taken for this one's.
 
+#[path = "build/supplied.rs"]
+mod supplied;
+
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -37,7 +40,8 @@ fn main() -> io::Result<()> {
         }
         println!("cargo::rustc-env=VANTAGE_CODE_{stage}={}", hasher.finalize().to_hex());
     }
-    Ok(())
+    let out = std::env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo sets OUT_DIR"))?;
+    supplied::write(&Path::new(&out).join("supplied.rs"))
 }
 
 fn add(hasher: &mut blake3::Hasher, path: &Path) -> io::Result<()> {

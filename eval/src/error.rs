@@ -1,5 +1,6 @@
 //! Everything that ends a run of `bench` early.
 
+use crate::command::source::SourceError;
 use crate::gate::GateError;
 use crate::result::kind::ResultKind;
 use crate::result::output_folder::OutputError;
@@ -27,6 +28,9 @@ pub enum BenchError {
     /// See [`SceneFileError`].
     #[error(transparent)]
     Scene(#[from] SceneFileError),
+    /// See [`SourceError`].
+    #[error(transparent)]
+    Source(#[from] SourceError),
     /// See [`VariantError`].
     #[error(transparent)]
     Variant(#[from] VariantError),
@@ -74,7 +78,7 @@ pub enum BenchError {
         differs: String,
     },
     /// A picture that would not be one.
-    #[error("--out {}: expected the name of a PNG file", path.display())]
+    #[error("--out {}: expected the name of a PNG file, such as out/look.png, and no folder", path.display())]
     NoPicture {
         /// What was asked for.
         path: PathBuf,
@@ -121,8 +125,9 @@ pub enum BenchError {
     },
     /// A model's folder is not there.
     #[error(
-        "there is no folder {}, which --model or the scene's training.reference names: name one that `bench train` wrote, \
-         or have `bench SCENE` train one with --train", folder.display()
+        "there is no folder {}, which --model or the scene's training.reference names (relative to the scene file: put it beside \
+         the others, into scenes/): name one that is there or that `bench train` wrote by --model DIR, or train one with --train",
+        folder.display()
     )]
     NoModel {
         /// The folder.

@@ -13,6 +13,7 @@
 //! - [`score`]: estimate x truth -> numbers
 //! - [`gate`]: result x committed result -> verdict
 //! - [`figure`]: estimates, latents, scores -> pictures
+//! - [`supplied`]: what comes with the program
 //! - [`pipeline`]: scene -> episodes, model, estimates, tables, each stage an entry of the cache
 //! - [`command`]: arguments -> a run of `bench` -> exit code
 
@@ -25,3 +26,4 @@ pub mod progress;
 pub mod result;
 pub mod scene_file;
 pub mod score;
+pub mod supplied;

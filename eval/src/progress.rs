@@ -47,7 +47,7 @@ impl Progress {
         let shown = match &self.0 {
             Target::Bars => {
                 let bar = ProgressBar::new(total).with_message(name.to_owned());
-                if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len} {eta}") {
+                if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len}, {eta} left") {
                     bar.set_style(style);
                 }
                 Shown::Bar(bar)

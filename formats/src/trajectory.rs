@@ -75,12 +75,37 @@ pub enum TumError {
         /// Its norm.
         norm: f64,
     },
+    /// A pose or timestamp that is infinite or NaN.
+    #[error("line {line}: the pose or its timestamp is not finite")]
+    NotFinite {
+        /// Line number, from 1.
+        line: usize,
+    },
+    /// A timestamp that goes back.
+    #[error(
+        "line {line}: timestamp {timestamp} is before {before}, that of the pose above: timestamps must not go back"
+    )]
+    GoesBack {
+        /// Line number, from 1.
+        line: usize,
+        /// Its timestamp, seconds.
+        timestamp: f64,
+        /// The timestamp of the pose above, seconds.
+        before: f64,
+    },
+    /// Another pose at the time of the pose above. (The same pose again is one that TUM's own ground truth repeats.)
+    #[error(
+        "line {line}: another pose than the one above, at the same time {timestamp}: expected one pose a time"
+    )]
+    TwoPoses {
+        /// Line number, from 1.
+        line: usize,
+        /// The time, seconds.
+        timestamp: f64,
+    },
     /// No pose at all.
     #[error("no pose in the file")]
     Empty,
-    /// Well-formed lines that make no trajectory.
-    #[error(transparent)]
-    Trajectory(#[from] TrajectoryError),
 }
 
 /// How far from 1 the norm of a written quaternion may be; TUM's own files round to four decimals.
@@ -134,19 +159,31 @@ impl Trajectory {
 
     /// Reads a TUM text; a UTF-8 byte order mark is skipped.
     pub fn from_tum(text: &str) -> Result<Self, TumError> {
-        let (mut timestamps, mut poses) = (Vec::new(), Vec::new());
+        let (mut timestamps, mut poses): (Vec<f64>, Vec<Pose>) = (Vec::new(), Vec::new());
         for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             if line.starts_with('#') {
                 continue;
             }
-            let (t, pose) = parse_line(line, index + 1)?;
+            let line_number = index + 1;
+            let (t, pose) = parse_line(line, line_number)?;
+            if !(t.is_finite() && is_finite(&pose)) {
+                return Err(TumError::NotFinite { line: line_number });
+            }
+            if let Some((&before, above)) = timestamps.last().zip(poses.last()) {
+                if t < before {
+                    return Err(TumError::GoesBack { line: line_number, timestamp: t, before });
+                }
+                if t == before && pose != *above {
+                    return Err(TumError::TwoPoses { line: line_number, timestamp: t });
+                }
+            }
             timestamps.push(t);
             poses.push(pose);
         }
         if poses.is_empty() {
             return Err(TumError::Empty);
         }
-        Ok(Self::new(timestamps, poses)?)
+        Ok(Self { timestamps, world_from_robot: poses })
     }
 }
 
@@ -228,9 +265,10 @@ mod tests {
         assert_eq!(error("1 0 x 0 0 0 0 1"), TumError::Number { line: 3, column: 3, text: "x".into() });
         assert_eq!(error("1 0 0 0 0 0 0 0"), TumError::Quaternion { line: 3, norm: 0.0 });
         assert!(matches!(error("1 0 0 0 0 0 0 NaN"), TumError::Quaternion { line: 3, .. }));
-        assert_eq!(error("1 inf 0 0 0 0 0 1"), TrajectoryError::NotFinite { index: 1 }.into());
+        assert_eq!(error("1 inf 0 0 0 0 0 1"), TumError::NotFinite { line: 3 });
         let back = error("-1 0 0 0 0 0 0 1");
-        assert!(matches!(back, TumError::Trajectory(TrajectoryError::GoesBack { index: 1, .. })));
+        assert_eq!(back, TumError::GoesBack { line: 3, timestamp: -1.0, before: 0.0 });
+        assert_eq!(error("0 0 0 1 0 0 0 1"), TumError::TwoPoses { line: 3, timestamp: 0.0 });
         assert!(Trajectory::from_tum(&good.repeat(2)).is_ok());
         assert_eq!(Trajectory::from_tum("# only\n"), Err(TumError::Empty));
         assert!(Trajectory::from_tum(&format!("\u{feff}{good}")).is_ok());

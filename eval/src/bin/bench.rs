@@ -4,6 +4,8 @@ use mimalloc::MiMalloc;
 use std::process::ExitCode;
 use vantage_eval::command::cli::Cli;
 use vantage_eval::command::exit::end;
+use vantage_eval::command::interrupt::tell_when_interrupted;
+use vantage_eval::command::no_display::start_over;
 use vantage_eval::command::run::run;
 
 /// By which calls of models take less time: see docs/speed.md.
@@ -12,7 +14,9 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 
 fn main() -> ExitCode {
     let cli = Cli::of_process();
-    let (exit, message) = end(|| run(&cli, &mut std::io::stdout().lock()));
+    start_over(&cli);
+    tell_when_interrupted(&cli);
+    let (exit, message) = end(|| run(cli, &mut std::io::stdout().lock()));
     if let Some(message) = message {
         eprintln!("{message}");
     }

@@ -1,7 +1,9 @@
 //! The command line of `bench`.
 
+use super::help::{EXAMPLES, EXIT_CODES};
+use super::shell::command_name;
+use super::source::unknown_word;
 use clap::builder::RangedI64ValueParser;
-use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -11,6 +13,7 @@ use vantage_sim::render::choice::RendererChoice as Renderers;
 /// Benchmark for SLAM with learned, viewpoint-dependent object semantics.
 #[derive(Clone, Debug, PartialEq, Parser)]
 #[command(name = "bench", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(arg_required_else_help = true, after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
 pub struct Cli {
     /// Another thing to do than to run a scene.
     #[command(subcommand)]
@@ -23,17 +26,11 @@ pub struct Cli {
 impl Cli {
     /// The command line of this process, which ends with help, or with 2 and what is wrong.
     pub fn of_process() -> Self {
-        Self::try_parse().unwrap_or_else(|error| hinted(error).exit())
+        Self::try_parse().unwrap_or_else(|error| {
+            let first = std::env::args().nth(1).filter(|_| error.use_stderr());
+            unknown_word(first.as_deref()).unwrap_or(error).exit()
+        })
     }
-}
-
-/// Adds what commands there are where a word before others, such as a misspelt command, was taken for a scene.
-fn hinted(mut error: clap::Error) -> clap::Error {
-    if error.kind() == ErrorKind::ArgumentConflict && error.get(ContextKind::InvalidSubcommand).is_some() {
-        let hint = "`bench` takes one scene, or a command before it: `bench --help` lists the commands";
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
-    }
-    error
 }
 
 /// What `bench` does.
@@ -47,6 +44,8 @@ pub enum Command {
     Figures(FiguresArgs),
     /// Reads BigBIRD or Active Vision data into our own layout.
     Import(ImportArgs),
+    /// Lists scenes, models and studies that come with the program.
+    List,
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
@@ -59,12 +58,16 @@ pub enum Command {
     Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.
     Schema,
+    /// Prints what completes commands and options in a shell.
+    Completions(CompletionsArgs),
+    /// Prints the man page, or that of a command.
+    Man(ManArgs),
 }
 
 /// `bench SCENE`: from a scene file to tables.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct RunArgs {
-    /// The scene file; there is always one but under another command.
+    /// The scene to run: a file, or the name of one that comes with the program (`bench list`).
     #[arg(value_name = "SCENE", required = true)]
     pub scene: Option<PathBuf>,
     /// Folder that gets a folder of results by the scene's name: `results` for those that are committed.
@@ -78,7 +81,7 @@ pub struct RunArgs {
 /// `bench check SCENE`: fresh results against the committed ones.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct CheckArgs {
-    /// The scene file.
+    /// The scene: a file, or the name of one that comes with the program.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Folder of the committed results.
@@ -92,12 +95,15 @@ pub struct CheckArgs {
 /// `bench dataset SCENE --out DIR`: crops, detections, odometry and truth as files.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct DatasetArgs {
-    /// The scene file.
+    /// The scene: a file, or the name of one that comes with the program.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Folder that gets the dataset.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Folder of intermediate results: a scene that comes with the program is laid out in it. Episodes are gone on with from --out.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
     /// Formats, separated by commas.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "vantage")]
     pub format: Vec<DatasetFormat>,
@@ -115,8 +121,8 @@ pub struct DatasetArgs {
 /// `bench figures SCENE --out DIR`: a model as pictures.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct FiguresArgs {
-    /// The scene file.
-    #[arg(value_name = "SCENE", default_value = "scenes/tabletop.yaml")]
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Folder that gets the pictures.
     #[arg(long, value_name = "DIR")]
@@ -172,15 +178,18 @@ pub enum ImportLayout {
 /// `bench look SCENE`: the scene as one picture.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct LookArgs {
-    /// The scene file.
+    /// The scene: a file, or the name of one that comes with the program.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
-    /// The PNG to write; by default `out/` and the scene's name.
+    /// The PNG file, not the folder, to write; by default `out/NAME.png` after the scene's name.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// A Rerun file to write the episode of the first seed to; for a program built with `--features rerun`.
+    /// A Rerun file to write the episode of the first seed to. Needs a program built with `--features rerun`.
     #[arg(long, value_name = "FILE.rrd")]
     pub rerun: Option<PathBuf>,
+    /// Folder of intermediate results: a scene that comes with the program is laid out in it.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
@@ -190,7 +199,7 @@ pub struct LookArgs {
 #[cfg(feature = "train")]
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct StudyArgs {
-    /// The study file.
+    /// The study: a file, or the name of one that comes with the program.
     #[arg(value_name = "STUDY")]
     pub study: PathBuf,
     /// Folder that gets a folder of results by the study's name: `results` for those that are committed.
@@ -216,7 +225,7 @@ pub struct ModelsArgs {
 #[cfg(feature = "train")]
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct TrainArgs {
-    /// The scene file.
+    /// The scene: a file, or the name of one that comes with the program.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Folder that gets the model.
@@ -234,9 +243,25 @@ pub struct TrainArgs {
     /// A view set of other objects to calibrate on.
     #[arg(long, value_name = "DIR", requires = "views")]
     pub validation_views: Option<PathBuf>,
-    /// Trains on a GPU, with a program that was built for it.
+    /// Trains on a GPU. Needs a program built with `--features gpu`.
     #[arg(long)]
     pub gpu: bool,
+}
+
+/// `bench completions SHELL`: for a shell's completion.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_enum, value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// `bench man [COMMAND]`: a man page.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct ManArgs {
+    /// A command, in place of the whole program.
+    #[arg(value_name = "COMMAND", value_parser = command_name)]
+    pub command: Option<String>,
 }
 
 /// Options of every command that runs all stages.

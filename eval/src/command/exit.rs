@@ -29,6 +29,8 @@ pub enum Exit {
     Regression = 10,
     /// A bug in this program.
     Bug = 70,
+    /// An interrupt, such as Ctrl-C.
+    Interrupted = 130,
 }
 
 impl From<Exit> for ExitCode {
@@ -41,7 +43,7 @@ impl BenchError {
     /// The exit code this error ends with.
     pub fn exit(&self) -> Exit {
         match self {
-            BenchError::Scene(_) | BenchError::Variant(_) => Exit::BadInput,
+            BenchError::Scene(_) | BenchError::Source(_) | BenchError::Variant(_) => Exit::BadInput,
             BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
             BenchError::Store(error) => match error.exit_code() {
                 2 => Exit::BadInput,

@@ -5,11 +5,18 @@ pub mod cli;
 mod dataset;
 pub mod exit;
 mod figures;
+pub mod help;
 mod import;
+pub mod interrupt;
+mod list;
 mod look;
 mod models;
+mod needs;
+pub mod no_display;
 pub mod run;
 mod scene;
+mod shell;
+pub mod source;
 #[cfg(feature = "train")]
 mod study;
 #[cfg(feature = "train")]
@@ -19,9 +26,11 @@ pub use check::check;
 pub use dataset::dataset;
 pub use figures::figures;
 pub use import::import;
+pub use list::list;
 pub use look::look;
 pub use models::models;
 pub use scene::bench;
+pub use shell::{completions, man};
 #[cfg(feature = "train")]
 pub use study::study;
 #[cfg(feature = "train")]

@@ -2,18 +2,21 @@
 
 use super::cli::{Cli, Command};
 use super::exit::Exit;
+use super::source;
 use crate::error::BenchError;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;
 
 /// Runs a command; what it is asked to print goes to `stdout`.
-pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    source::find(&mut cli)?;
     match &cli.command {
         None => super::bench(&cli.run, stdout),
         Some(Command::Check(args)) => super::check(args, stdout),
         Some(Command::Dataset(args)) => super::dataset(args, stdout),
         Some(Command::Figures(args)) => super::figures(args, stdout),
         Some(Command::Import(args)) => super::import(args, stdout),
+        Some(Command::List) => super::list(stdout),
         Some(Command::Look(args)) => super::look(args, stdout),
         Some(Command::Models(args)) => super::models(args, stdout),
         #[cfg(feature = "train")]
@@ -24,5 +27,7 @@ pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
             stdout.write_all(schema::<SceneFile>()?.as_bytes())?;
             Ok(Exit::Success)
         }
+        Some(Command::Completions(args)) => super::completions(args, stdout),
+        Some(Command::Man(args)) => super::man(args, stdout),
     }
 }

@@ -136,7 +136,9 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             .map_or(study.scored.told().to_owned(), |views| format!("the views in {}", views.display())),
         notes.collect::<String>()
     );
-    let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &Progress::detect())?;
+    let progress = Progress::detect();
+    let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &progress)?;
+    let written = format!("written to {}", folder.path().display());
     folder.write("variants.md", notes.as_bytes())?;
     if let Some((_, png)) = map {
         folder.write(latents::LATENTS, &png)?;
@@ -145,6 +147,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         tables.iter().flat_map(Table::runs).any(|run| run.outcome == Outcome::Done && !run.scores.is_empty());
     let results = Results::new(&study.name, &hash, tables);
     report::write(folder, &results, &manifest)?;
+    progress.note(&written);
     for table in results.tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
         writeln!(stdout, "{}", table_text::tables(table, Style::Terminal))?;
     }

@@ -33,7 +33,11 @@ pub struct Results {
 #[derive(Debug, Error)]
 pub enum ResultsError {
     /// There is none.
-    #[error("no results at {}: run `bench SCENE --out results` and commit what it writes", path.display())]
+    #[error(
+        "no results at {}: the committed ones are in a checkout of Vantage, in its folder `results`; run there, or name a folder \
+         by --baseline DIR, such as one that `bench SCENE --out DIR` wrote",
+        path.display()
+    )]
     Missing {
         /// Where it was looked for.
         path: PathBuf,

@@ -1,7 +1,7 @@
 //! Why a scene file, or a study, is refused.
 
 use super::MAX_BYTES;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use thiserror::Error;
 use vantage_sim::checked::SceneError;
 
@@ -9,7 +9,7 @@ use vantage_sim::checked::SceneError;
 #[derive(Debug, Error)]
 pub enum SceneFileError {
     /// It cannot be read.
-    #[error("cannot read {}: {source}{}", path.display(), hint(path, source))]
+    #[error("cannot read {}: {source}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -49,13 +49,4 @@ pub enum SceneFileError {
         /// The rule.
         source: SceneError,
     },
-}
-
-/// What to add where the path may be a misspelt command.
-fn hint(path: &Path, source: &std::io::Error) -> &'static str {
-    if source.kind() == std::io::ErrorKind::NotFound && path.extension().is_none() {
-        "; scenes and studies are YAML files, and `bench --help` lists the commands"
-    } else {
-        ""
-    }
 }

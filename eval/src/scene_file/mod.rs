@@ -2,6 +2,7 @@
 
 mod error;
 pub mod estimator;
+mod kind;
 mod place;
 mod range;
 mod read;
@@ -11,6 +12,7 @@ pub mod study;
 mod words;
 
 pub use error::SceneFileError;
+pub use kind::FileKind;
 pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 

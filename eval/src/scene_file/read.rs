@@ -10,7 +10,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use vantage_dataset::store::read_regular;
 
-/// Reads and checks a scene file of any shape `T`. No more than [`MAX_BYTES`] are ever read.
+/// Reads and checks a scene file of any shape `T`. It has to be a regular file, of which no more than [`MAX_BYTES`] are ever read.
 pub fn read<T>(path: &Path) -> Result<T, SceneFileError>
 where
     T: DeserializeOwned + JsonSchema + Validate<Context = ()>,

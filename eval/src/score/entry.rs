@@ -3,7 +3,7 @@
 use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
 use crate::result::row_name::folder_name;
-use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
+use crate::result::trajectory::{Trajectory, TumError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -179,7 +179,7 @@ fn near(trajectory: Trajectory) -> Result<Trajectory, String> {
 /// Whether an estimator that has lost its way writes such a file.
 fn lost(error: &TumError) -> bool {
     match error {
-        TumError::Empty | TumError::Trajectory(TrajectoryError::NotFinite { .. }) => true,
+        TumError::Empty | TumError::NotFinite { .. } => true,
         TumError::Quaternion { norm, .. } => !norm.is_finite(),
         _ => false,
     }
@@ -247,7 +247,7 @@ mod tests {
         let folder = Folder::new();
         folder.write("0.tum", &STEPS);
         folder.write("1.tum", &[-1.0, 0.004, 0.05, 0.099, 0.103, 0.2, 0.26, 0.301, 9.0]);
-        folder.write("2.tum", &[0.0, 0.0, 0.1, 0.3]);
+        folder.write("2.tum", &[0.0, 0.01, 0.1, 0.3]);
         folder.write("3.tum", &[0.0, 0.1, 0.2, 0.32]);
         folder.write("4.tum", &[0.0, 0.01, 0.02, 0.03]);
         let seeds = [0, 1, 2, 3, 4, 5].map(Seed);
@@ -302,7 +302,12 @@ mod tests {
         assert!(told(&[]).contains("7.tum: line 2, column 2"), "{}", told(&[]));
         std::fs::remove_file(folder.path().join("7.tum")).unwrap();
         std::fs::create_dir(folder.path().join("7.tum")).unwrap();
-        assert!(told(&[]).contains("7.tum: "), "{}", told(&[]));
+        assert!(told(&[]).contains("7.tum: it is not a regular file"), "{}", told(&[]));
+        std::fs::remove_dir(folder.path().join("7.tum")).unwrap();
+        std::fs::write(folder.path().join("7.tum"), [b'#', 0xff]).unwrap();
+        assert!(told(&[]).contains("7.tum: it is not UTF-8 text"), "{}", told(&[]));
+        std::fs::write(folder.path().join("7.tum"), "0 0 0 0 0 0 0 1\n0 1 0 0 0 0 0 1\n").unwrap();
+        assert!(told(&[]).contains("7.tum: line 2: another pose"), "{}", told(&[]));
         let open =
             |name: &str| Entry::open(&[folder.0.path().join(name)], &[], &[Seed(7)], &Progress::detect());
         assert!(open("none").unwrap_err().to_string().contains("it is no folder"));

@@ -87,7 +87,10 @@ impl Gpu {
 async fn choose(instance: &wgpu::Instance) -> Result<wgpu::Adapter, RenderError> {
     let Ok(wanted) = std::env::var("WGPU_ADAPTER_NAME") else {
         let chosen = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await;
-        return chosen.map_err(|error| RenderError::NoAdapter { detail: error.to_string() });
+        // What wgpu says counts the interfaces that were not asked for, too.
+        let none =
+            |_| RenderError::NoAdapter { detail: "the Vulkan loader, or a driver for it, is missing".into() };
+        return chosen.map_err(none);
     };
     let mut names = Vec::new();
     for adapter in instance.enumerate_adapters(wgpu::Backends::VULKAN).await {

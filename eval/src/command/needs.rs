@@ -1,0 +1,71 @@
+//! What a command reads, what it leaves when it is interrupted, and what renders for it.
+
+use super::cli::{Cli, Command, RendererChoice};
+use crate::scene_file::FileKind;
+use std::path::{Path, PathBuf};
+
+/// What a command reads.
+pub struct Source<'a> {
+    /// The file, or the name of one that comes with the program.
+    pub path: &'a mut PathBuf,
+    /// What it has to be.
+    pub kind: FileKind,
+    /// Folder of the command's cache.
+    pub cache: &'a Path,
+}
+
+impl Cli {
+    /// The scene or the study that the command reads, if any.
+    pub fn source(&mut self) -> Option<Source<'_>> {
+        let Some(command) = &mut self.command else {
+            let path = self.run.scene.as_mut()?;
+            return Some(Source { path, kind: FileKind::Scene, cache: &self.run.stages.cache });
+        };
+        let (path, cache) = match command {
+            Command::Check(args) => (&mut args.scene, &args.stages.cache),
+            Command::Dataset(args) => (&mut args.scene, &args.cache),
+            Command::Figures(args) => (&mut args.scene, &args.cache),
+            Command::Look(args) => (&mut args.scene, &args.cache),
+            #[cfg(feature = "train")]
+            Command::Train(args) => (&mut args.scene, &args.cache),
+            #[cfg(feature = "train")]
+            Command::Study(args) => {
+                return Some(Source { path: &mut args.study, kind: FileKind::Study, cache: &args.cache });
+            }
+            _ => return None,
+        };
+        Some(Source { path, kind: FileKind::Scene, cache })
+    }
+
+    /// What a command that is interrupted leaves for the next one, and the folder that holds it.
+    pub fn kept(&self) -> Option<(&'static str, &Path)> {
+        let stages = |cache| Some(("finished stages", cache));
+        match &self.command {
+            None => stages(&*self.run.stages.cache),
+            Some(Command::Check(args)) => stages(&*args.stages.cache),
+            Some(Command::Figures(args)) => stages(&*args.cache),
+            Some(Command::Dataset(args)) => Some(("finished episodes", &*args.out)),
+            #[cfg(feature = "train")]
+            Some(Command::Study(args)) => stages(&*args.cache),
+            #[cfg(feature = "train")]
+            Some(Command::Train(args)) => Some(("checkpoints", &*args.out)),
+            Some(_) => None,
+        }
+    }
+
+    /// Who renders for the command; `None` where nothing is rendered.
+    pub fn renderer(&self) -> Option<RendererChoice> {
+        match &self.command {
+            None => Some(self.run.stages.renderer),
+            Some(Command::Check(args)) => Some(args.stages.renderer),
+            Some(Command::Dataset(args)) => Some(args.renderer),
+            Some(Command::Figures(args)) => Some(args.renderer),
+            Some(Command::Look(args)) => Some(args.renderer),
+            #[cfg(feature = "train")]
+            Some(Command::Study(args)) => Some(args.renderer),
+            #[cfg(feature = "train")]
+            Some(Command::Train(args)) => Some(args.renderer),
+            Some(_) => None,
+        }
+    }
+}

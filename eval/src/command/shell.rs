@@ -1,0 +1,38 @@
+//! `bench completions SHELL` and `bench man [COMMAND]`: files that a shell and `man` read.
+
+use super::cli::{Cli, CompletionsArgs, ManArgs};
+use super::exit::Exit;
+use crate::error::BenchError;
+use clap::CommandFactory;
+use std::io::Write;
+
+/// Prints what completes commands and options in a shell.
+pub fn completions(args: &CompletionsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "bench", &mut script);
+    stdout.write_all(&script)?;
+    Ok(Exit::Success)
+}
+
+/// Prints the man page of the program, or of one of its commands.
+pub fn man(args: &ManArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let mut page = Cli::command();
+    page.build();
+    if let Some(name) = &args.command
+        && let Some(command) = page.find_subcommand(name)
+    {
+        page = command.clone();
+    }
+    clap_mangen::Man::new(page).render(stdout)?;
+    Ok(Exit::Success)
+}
+
+/// The name of a command, for [`ManArgs`].
+pub fn command_name(name: &str) -> Result<String, String> {
+    let commands = Cli::command();
+    let names: Vec<&str> = commands.get_subcommands().map(clap::Command::get_name).collect();
+    if names.contains(&name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!("there is no such command; expected one of {}", names.join(", ")))
+}

@@ -1,0 +1,272 @@
+//! The scene or the study that a command is given: a file, or the name of one that comes with the program.
+
+use super::cli::Cli;
+use crate::error::BenchError;
+use crate::scene_file::FileKind;
+use crate::supplied;
+use clap::CommandFactory;
+use clap::error::ErrorKind;
+use std::fs;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What is given in place of a scene or a study.
+#[derive(Debug, Error)]
+pub enum SourceError {
+    /// A word that is neither a command nor a scene.
+    #[error("there is no command and no scene `{word}`{}: `bench --help` lists the commands, `bench list` the scenes", meant.hint())]
+    NoCommand {
+        /// The word.
+        word: String,
+        /// What may have been meant.
+        meant: Meant,
+    },
+    /// A name that nothing has.
+    #[error("there is no {kind} `{name}`{}: `bench list` names those that come with the program", meant.hint())]
+    NoName {
+        /// What was looked for.
+        kind: FileKind,
+        /// Its name.
+        name: String,
+        /// What may have been meant.
+        meant: Meant,
+    },
+    /// A file that is not there.
+    #[error("there is no file {}{}", path.display(), meant.hint())]
+    NoFile {
+        /// Where it was looked for.
+        path: PathBuf,
+        /// What may have been meant.
+        meant: Meant,
+    },
+    /// A folder.
+    #[error("{} is a folder, expected one {kind}{}", folder.display(), listed(*kind, files))]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What was looked for.
+        kind: FileKind,
+        /// What it holds of that.
+        files: Vec<PathBuf>,
+    },
+    /// A study in place of a scene, or the other way round.
+    #[error("{} is a {found}, expected a {expected}: `{} {}` runs it", given.display(), found.command(), given.display())]
+    Other {
+        /// What was given.
+        given: PathBuf,
+        /// What it is.
+        found: FileKind,
+        /// What was looked for.
+        expected: FileKind,
+    },
+}
+
+/// What may have been meant, if anything comes near.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Meant(Option<String>);
+
+impl Meant {
+    /// The word among `known` that is nearest to `word`, and what to say of it.
+    fn nearest(word: &str, known: impl IntoIterator<Item = (String, String)>) -> Self {
+        let distance = |other: &str| strsim::damerau_levenshtein(word, other);
+        let near = known.into_iter().map(|(other, say)| (distance(&other), say));
+        let near = near.filter(|(distance, _)| *distance <= (word.len() / 3).max(1));
+        Self(near.min().map(|(_, say)| say))
+    }
+
+    fn hint(&self) -> String {
+        self.0.as_ref().map(|meant| format!("; did you mean {meant}?")).unwrap_or_default()
+    }
+}
+
+fn listed(kind: FileKind, files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|file| format!("\n  {}", file.display())).collect();
+    if names.is_empty() {
+        return format!(", and it holds no {kind}");
+    }
+    format!(", such as one of:{}", names.concat())
+}
+
+/// Puts the file to read in the place of what the command line gives: one that comes with the program is laid out in the cache.
+pub fn find(cli: &mut Cli) -> Result<(), BenchError> {
+    let bare = cli.command.is_none();
+    if let Some(source) = cli.source() {
+        *source.path = file(source.path, source.kind, source.cache, bare)?;
+    }
+    Ok(())
+}
+
+fn file(given: &Path, kind: FileKind, cache: &Path, bare: bool) -> Result<PathBuf, BenchError> {
+    let name = given.to_str().filter(|_| is_name(given));
+    match fs::metadata(given) {
+        Ok(there) if !there.is_dir() => return of_kind(given, FileKind::of_file(given), kind),
+        Ok(_) if name.is_none_or(|name| named(name).is_none()) => {
+            let files = files_in(given, Some(kind)).collect();
+            return Err(SourceError::Folder { folder: given.to_owned(), kind, files }.into());
+        }
+        _ => {}
+    }
+    let Some(name) = name else {
+        return Err(SourceError::NoFile { path: given.to_owned(), meant: near_path(given, kind) }.into());
+    };
+    if let Some(found) = named(name) {
+        of_kind(given, Some(found.kind), kind)?;
+        return Ok(supplied::lay_out(cache)?.join(found.path));
+    }
+    let name = name.to_owned();
+    Err(if bare {
+        SourceError::NoCommand { meant: near_word(&name), word: name }
+    } else {
+        SourceError::NoName { kind, meant: Meant::nearest(&name, names(kind)), name }
+    }
+    .into())
+}
+
+fn of_kind(given: &Path, found: Option<FileKind>, expected: FileKind) -> Result<PathBuf, BenchError> {
+    match found {
+        Some(found) if found != expected => {
+            Err(SourceError::Other { given: given.to_owned(), found, expected }.into())
+        }
+        _ => Ok(given.to_owned()),
+    }
+}
+
+/// Whether it is one word without an extension, which no file of ours is.
+fn is_name(given: &Path) -> bool {
+    given.extension().is_none() && given.components().count() == 1 && !given.to_string_lossy().ends_with('/')
+}
+
+fn named(name: &str) -> Option<supplied::Supplied> {
+    let of = |kind| supplied::of_kind(kind).find(|file| file.name() == name);
+    of(FileKind::Scene).or_else(|| of(FileKind::Study))
+}
+
+/// What has a name of a kind: what comes with the program and, by their paths, files where they usually lie.
+fn names(kind: FileKind) -> impl Iterator<Item = (String, String)> {
+    let folder = match kind {
+        FileKind::Scene => "scenes",
+        FileKind::Study => "studies",
+    };
+    let supplied = supplied::of_kind(kind).map(|file| file.name().to_owned());
+    let there = ["", folder].into_iter().flat_map(move |folder| files_in(Path::new(folder), None));
+    let there = there.filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)));
+    supplied
+        .map(|name| (name.clone(), format!("`{name}`")))
+        .chain(there.map(|(stem, path)| (stem, path.display().to_string())))
+}
+
+/// What a misspelt word before anything else may be: a command or a scene.
+fn near_word(word: &str) -> Meant {
+    let commands = Cli::command();
+    let commands = commands.get_subcommands().map(|command| command.get_name().to_owned());
+    let commands = commands.map(|name| (name.clone(), format!("the command `{name}`")));
+    Meant::nearest(word, commands.chain(names(FileKind::Scene)))
+}
+
+/// What to say where the first word is a misspelt command, which clap takes for a scene, and blames what follows it.
+pub fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
+    let word = first.filter(|word| !word.starts_with('-'))?;
+    let known = Cli::command().get_subcommands().any(|command| command.get_name() == word) || word == "help";
+    let nothing = is_name(Path::new(word)) && !Path::new(word).exists() && named(word).is_none();
+    if known || !nothing {
+        return None;
+    }
+    let unknown = SourceError::NoCommand { word: word.to_owned(), meant: near_word(word) };
+    Some(Cli::command().error(ErrorKind::InvalidSubcommand, unknown))
+}
+
+/// A file beside the one that is not there, or one of its name that comes with the program.
+fn near_path(path: &Path, kind: FileKind) -> Meant {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = files_in(path.parent().unwrap_or(Path::new("")), None).map(|file| {
+        (file.file_name().unwrap_or_default().to_string_lossy().into_owned(), file.display().to_string())
+    });
+    let supplied = supplied::of_kind(kind).map(|file| {
+        (format!("{}.yaml", file.name()), format!("`{}`, which comes with the program", file.name()))
+    });
+    match Meant::nearest(&name, beside) {
+        Meant(None) => Meant::nearest(&name, supplied),
+        meant => meant,
+    }
+}
+
+/// The YAML files in a folder, those of a kind where one is asked for.
+fn files_in(folder: &Path, kind: Option<FileKind>) -> impl Iterator<Item = PathBuf> {
+    let read = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let entries = fs::read_dir(read).into_iter().flatten();
+    let mut files: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(folder.join(entry.ok()?.file_name()))).collect();
+    files.retain(|path| {
+        path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml")
+            && path.is_file()
+            && kind.is_none_or(|kind| FileKind::of_file(path) == Some(kind))
+    });
+    files.sort();
+    files.into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(given: &Path, kind: FileKind, bare: bool) -> String {
+        file(given, kind, Path::new("never"), bare).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_word_that_nothing_has_is_told_with_what_is_near() {
+        assert!(
+            told(Path::new("chekc"), FileKind::Scene, true).contains("did you mean the command `check`?")
+        );
+        assert!(told(Path::new("tabeltop"), FileKind::Scene, true).contains("did you mean `tabletop`?"));
+        let far = told(Path::new("zzzzzzzz"), FileKind::Scene, true);
+        assert!(far.contains("`zzzzzzzz`: `bench --help`") && !far.contains("did you mean"), "{far}");
+        assert!(
+            told(Path::new("model"), FileKind::Study, false)
+                .contains("no study `model`; did you mean `models`?")
+        );
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_told_with_the_one_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let mine = folder.path().join("mine.yaml");
+        fs::write(&mine, "world: 1\n").unwrap();
+        let missing = told(&folder.path().join("mine.yml"), FileKind::Scene, true);
+        assert!(missing.contains(&format!("did you mean {}?", mine.display())), "{missing}");
+        let elsewhere = told(&folder.path().join("tabletop.yaml"), FileKind::Scene, true);
+        assert!(elsewhere.contains("did you mean `tabletop`, which comes with the program?"), "{elsewhere}");
+    }
+
+    #[test]
+    fn a_folder_is_told_with_the_files_of_the_kind_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(told(folder.path(), FileKind::Scene, true).contains("it holds no scene"));
+        fs::write(folder.path().join("a.yaml"), "world: 1\n").unwrap();
+        fs::write(folder.path().join("b.yaml"), "variants: []\n").unwrap();
+        let scenes = told(folder.path(), FileKind::Scene, true);
+        assert!(scenes.contains("a.yaml") && !scenes.contains("b.yaml"), "{scenes}");
+        let studies = told(folder.path(), FileKind::Study, false);
+        assert!(studies.contains("b.yaml") && !studies.contains("a.yaml"), "{studies}");
+    }
+
+    #[test]
+    fn one_kind_in_place_of_the_other_is_told_with_the_command_that_runs_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let [scene, study] = ["s.yaml", "t.yaml"].map(|name| folder.path().join(name));
+        fs::write(&scene, "world: 1\n").unwrap();
+        fs::write(&study, "variants: []\n").unwrap();
+        let wrong = told(&study, FileKind::Scene, true);
+        assert!(
+            wrong.contains(&format!("is a study, expected a scene: `bench study {}`", study.display())),
+            "{wrong}"
+        );
+        let wrong = told(&scene, FileKind::Study, false);
+        assert!(
+            wrong.contains(&format!("is a scene, expected a study: `bench {}`", scene.display())),
+            "{wrong}"
+        );
+        assert!(told(Path::new("sizes"), FileKind::Scene, true).contains("`bench study sizes`"));
+        assert_eq!(file(&scene, FileKind::Scene, Path::new("never"), true).unwrap(), scene);
+    }
+}

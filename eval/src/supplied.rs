@@ -1,0 +1,128 @@
+//! What comes with the program and is in it: scenes, studies and reference models, so that it works without the repository.
+
+use crate::progress::Progress;
+use crate::scene_file::FileKind;
+use std::fs;
+use std::path::{Path, PathBuf};
+use vantage_dataset::store::{Cache, Key, Origin, StoreError};
+
+include!(concat!(env!("OUT_DIR"), "/supplied.rs"));
+
+/// Name of the stage under which the cache keeps the files.
+const STAGE: &str = "supplied";
+
+/// A scene or a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Supplied {
+    /// Its path from the workspace's root.
+    pub path: &'static str,
+    /// Its YAML.
+    pub text: &'static str,
+    /// What it is.
+    pub kind: FileKind,
+}
+
+impl Supplied {
+    /// The name by which commands take it: that of the file, without `.yaml`.
+    pub fn name(&self) -> &'static str {
+        self.path.rsplit('/').next().unwrap_or(self.path).trim_end_matches(".yaml")
+    }
+}
+
+/// Every scene and study, by path. Scenes that only studies use are among them.
+pub fn files() -> impl Iterator<Item = Supplied> {
+    FILES.iter().filter_map(|(path, bytes)| {
+        let text = std::str::from_utf8(bytes).ok().filter(|_| path.ends_with(".yaml"))?;
+        Some(Supplied { path, text, kind: FileKind::of(text)? })
+    })
+}
+
+/// The scenes that lie in `scenes/`, or the studies that lie in `studies/`.
+pub fn of_kind(kind: FileKind) -> impl Iterator<Item = Supplied> {
+    let folder = match kind {
+        FileKind::Scene => "scenes/",
+        FileKind::Study => "studies/",
+    };
+    files().filter(move |file| file.kind == kind && file.path.starts_with(folder))
+}
+
+/// Name and kind of each reference model.
+pub fn models() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FILES.iter().filter_map(|(path, bytes)| {
+        let name = path.strip_prefix("models/")?.strip_suffix("/model.yaml")?;
+        let manifest = std::str::from_utf8(bytes).ok()?;
+        Some((name, manifest.lines().find_map(|line| line.strip_prefix("kind: "))?))
+    })
+}
+
+/// The folder of the cache that holds all of it as the repository does, made where it is not there; every file's hash is checked.
+pub fn lay_out(cache: &Path) -> Result<PathBuf, StoreError> {
+    let hashes: Vec<_> =
+        FILES.iter().map(|(path, bytes)| (path, blake3::hash(bytes).to_hex().to_string())).collect();
+    let entry = Cache::open(cache)?.get_or_build(&Key::new(STAGE, &hashes)?, |work| {
+        FILES.iter().try_for_each(|(path, bytes)| {
+            let place = work.join(path);
+            let made = place.parent().map_or(Ok(()), fs::create_dir_all);
+            made.and_then(|()| fs::write(&place, bytes))
+                .map_err(|source| StoreError::Write { path: place, source })
+        })
+    })?;
+    if let Origin::Rebuilt { damage, .. } = &entry.origin {
+        let folder = entry.folder.display();
+        Progress::detect().note(&format!("warning: {folder} was damaged ({damage}), and was made anew"));
+    }
+    Ok(entry.folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_file::{self, SceneFile};
+    use vantage_learn::Model;
+
+    fn root() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    }
+
+    #[test]
+    fn what_is_laid_out_is_what_the_repository_holds_and_damage_is_mended() {
+        let cache = tempfile::tempdir().unwrap();
+        let folder = lay_out(cache.path()).unwrap();
+        for (path, _) in FILES {
+            assert_eq!(fs::read(folder.join(path)).unwrap(), fs::read(root().join(path)).unwrap(), "{path}");
+        }
+        let damaged = folder.join("scenes/tabletop.yaml");
+        fs::write(&damaged, "name: other\n").unwrap();
+        assert_eq!(lay_out(cache.path()).unwrap(), folder);
+        assert_eq!(fs::read(damaged).unwrap(), fs::read(root().join("scenes/tabletop.yaml")).unwrap());
+    }
+
+    #[test]
+    fn every_scene_and_study_is_there_and_finds_its_model() {
+        let cache = tempfile::tempdir().unwrap();
+        let folder = lay_out(cache.path()).unwrap();
+        for kind in [FileKind::Scene, FileKind::Study] {
+            let names: Vec<_> = of_kind(kind).map(|file| file.name()).collect();
+            let in_folder =
+                fs::read_dir(root().join(if kind == FileKind::Scene { "scenes" } else { "studies" }));
+            let written = in_folder.unwrap().map(|entry| entry.unwrap().path());
+            let of_kind = |path: &PathBuf| {
+                path.is_file() && FileKind::of(&fs::read_to_string(path).unwrap()) == Some(kind)
+            };
+            assert_eq!(names.len(), written.filter(of_kind).count(), "{names:?}");
+            assert!(!names.is_empty());
+        }
+        for scene in of_kind(FileKind::Scene) {
+            let path = folder.join(scene.path);
+            let file: SceneFile = scene_file::read(&path).unwrap();
+            if let Some(reference) = file.training.reference {
+                Model::load(&path.parent().unwrap().join(reference)).unwrap();
+            }
+        }
+        for (name, kind) in models() {
+            let model = Model::load(&folder.join("models").join(name)).unwrap();
+            assert_eq!(model.manifest().kind.to_string(), kind);
+        }
+        assert!(models().count() > 0);
+    }
+}

@@ -1,0 +1,173 @@
+//! The command line: scenes by name, what is misspelt, what is listed, and how an interrupt ends.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use vantage_tests::{Finished, SmallScene, bench, files, root};
+
+/// `bench` in a folder that is no checkout.
+fn outside(folder: &Path, line: &str) -> Finished {
+    Finished::of(bench().current_dir(folder).args(line.split_whitespace()))
+}
+
+#[test]
+fn a_scene_that_comes_with_the_program_runs_outside_the_repository_as_its_file_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = "--seeds 1 --renderer reference --cache cache --out";
+    outside(folder.path(), &format!("tabletop {options} named")).expect(0, &[]);
+    let entries = folder.path().join("cache/entries");
+    let estimates = |stage: &str| fs::read_dir(entries.join(stage)).unwrap().count();
+    assert_eq!((estimates("supplied"), estimates("episode")), (1, 1));
+    let file = root().join("scenes/tabletop.yaml");
+    outside(folder.path(), &format!("{} {options} by_path", file.display())).expect(0, &[]);
+    assert_eq!(estimates("episode"), 1, "the same keys in the cache");
+    let [named, by_path] = ["named", "by_path"].map(|out| {
+        let mut written = files(&folder.path().join(out));
+        written.retain(|name, _| !name.ends_with("manifest.json"));
+        written
+    });
+    assert!(named.keys().any(|name| name.ends_with("results.json")), "{:?}", named.keys());
+    assert!(named == by_path, "{:?} {:?}", named.keys(), by_path.keys());
+
+    let checked = outside(folder.path(), "check tabletop --seeds 1 --renderer reference");
+    checked.expect(2, &["results", "tabletop", "--baseline"]);
+}
+
+#[test]
+fn what_comes_with_the_program_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let listed = outside(folder.path(), "list");
+    listed.expect(0, &[]);
+    for words in [
+        "tabletop",
+        "10 seeds, model objects",
+        "sparse_loop_predictive",
+        "viewpoint_dependent",
+        "bench study",
+    ] {
+        assert!(listed.stdout.contains(words), "{words} not in {}", listed.stdout);
+    }
+    assert!(fs::read_dir(folder.path()).unwrap().next().is_none(), "it writes nothing");
+}
+
+#[test]
+fn without_arguments_it_tells_how_it_is_used() {
+    let alone = Finished::of(&mut bench());
+    alone.expect(2, &["Usage: bench", "Commands:", "bench tabletop", "bench list"]);
+    let help = Finished::of(bench().arg("--help"));
+    help.expect(0, &[]);
+    for words in ["Examples:", "Exit codes:", "130  interrupted", "docs/", "--features"] {
+        let all = help.stdout.clone() + &Finished::of(bench().args(["look", "--help"])).stdout;
+        assert!(all.contains(words), "{words} not in {all}");
+    }
+}
+
+#[test]
+fn what_is_misspelt_is_told_with_what_may_have_been_meant() {
+    let told = |line: &str, words: &[&str]| {
+        outside(&root(), line).expect(2, words);
+    };
+    told(
+        "chekc scenes/tabletop.yaml",
+        &["no command and no scene `chekc`", "did you mean the command `check`?"],
+    );
+    told("chekc", &["did you mean the command `check`?", "`bench --help` lists the commands"]);
+    told("tabeltop --seeds 2", &["did you mean `tabletop`?"]);
+    told("check tabeltop", &["no scene `tabeltop`; did you mean `tabletop`?"]);
+    told("scenes/tabletop.yml", &["no file scenes/tabletop.yml; did you mean scenes/tabletop.yaml?"]);
+    told("scenes", &["scenes is a folder, expected one scene", "scenes/tabletop.yaml"]);
+    told("look scenes/", &["is a folder, expected one scene", "scenes/tabletop.yaml"]);
+    told("studies/models.yaml", &["is a study, expected a scene: `bench study studies/models.yaml` runs it"]);
+    told(
+        "study scenes/tabletop.yaml",
+        &["is a scene, expected a study: `bench scenes/tabletop.yaml` runs it"],
+    );
+    told("study tabletop", &["`bench tabletop` runs it"]);
+    told("tabletop --seed 2", &["--seeds"]);
+}
+
+#[test]
+fn shells_and_man_are_told_of_every_command() {
+    for (shell, words) in [("bash", "_bench()"), ("zsh", "#compdef bench"), ("fish", "complete -c bench")] {
+        let script = Finished::of(bench().args(["completions", shell]));
+        script.expect(0, &[]);
+        assert!(script.stdout.contains(words) && script.stdout.contains("figures"), "{shell}");
+    }
+    Finished::of(bench().args(["completions", "cmd"])).expect(2, &["bash"]);
+    let page = Finished::of(bench().arg("man"));
+    page.expect(0, &[]);
+    assert!(page.stdout.contains(".TH bench 1") && page.stdout.contains("Exit codes"), "{}", page.stdout);
+    let page = Finished::of(bench().args(["man", "check"]));
+    assert!(page.stdout.contains("baseline"), "{}", page.stdout);
+    Finished::of(bench().args(["man", "chekc"])).expect(2, &["expected one of", "check"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupt_says_what_is_kept_and_the_same_command_goes_on() {
+    let scene = SmallScene::new(&[("seeds: 2", "seeds: 200")]);
+    let mut child = scene.command().stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let episodes = scene.path("cache/entries/episode");
+    let under_way = || fs::read_dir(&episodes).is_ok_and(|entries| entries.count() >= 2);
+    while !under_way() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it was interrupted");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let lines: Vec<String> =
+        BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{lines:?}");
+    let told = lines.last().unwrap();
+    assert!(told.starts_with("interrupted: finished stages are kept in "), "{lines:?}");
+    let kept = fs::read_dir(&episodes).unwrap().count();
+    assert!((2..200).contains(&kept), "{kept}");
+    Finished::of(scene.command().args(["--seeds", "2"])).expect(0, &[]);
+    assert_eq!(fs::read_dir(&episodes).unwrap().count(), kept, "the first two were there");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_vulkan_driver_that_looks_for_a_display_is_not_heard() {
+    let scene = SmallScene::new(&[]);
+    for set in ["", "relative"] {
+        let mut command = bench();
+        command.arg("look").arg(scene.path("scene.yaml")).arg("--out").arg(scene.path("look.png"));
+        command.env_remove("XDG_RUNTIME_DIR");
+        if !set.is_empty() {
+            command.env("XDG_RUNTIME_DIR", set);
+        }
+        let seen = Finished::of(&mut command);
+        seen.expect(0, &[]);
+        assert!(!seen.stderr.contains("XDG_RUNTIME_DIR"), "{}", seen.stderr);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_and_endless_files_are_refused() {
+    let scene = SmallScene::new(&[]);
+    let mine = scene.path("mine");
+    fs::create_dir(&mine).unwrap();
+    let pipe = |path: &Path| assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+    pipe(&scene.path("pipe.yaml"));
+    for command in ["look", "study"] {
+        Finished::of(bench().arg(command).arg(scene.path("pipe.yaml")))
+            .expect(2, &["pipe.yaml", "not a regular file"]);
+    }
+    Finished::of(bench().arg("/dev/zero")).expect(2, &["/dev/zero", "not a regular file"]);
+    let entered = || Finished::of(scene.command().arg("--trajectories").arg(&mine));
+    pipe(&mine.join("0.tum"));
+    entered().expect(2, &["0.tum: it is not a regular file"]);
+    fs::remove_file(mine.join("0.tum")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", mine.join("0.tum")).unwrap();
+    entered().expect(2, &["0.tum: it is not a regular file"]);
+    fs::remove_file(mine.join("0.tum")).unwrap();
+    let line = |time: f64, x: f64| format!("{time} {x} 0 0 0 0 0 1\n");
+    fs::write(mine.join("0.tum"), format!("# mine\n{}{}", line(0.0, 0.0), line(0.0, 0.5))).unwrap();
+    entered().expect(2, &["0.tum: line 3: another pose than the one above"]);
+    fs::write(mine.join("0.tum"), line(1.0, 0.0) + &line(0.5, 0.5)).unwrap();
+    entered().expect(2, &["0.tum: line 2: timestamp 0.5 is before 1"]);
+}
