@@ -94,7 +94,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     writeln!(stdout, "{}", path.display())?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &args.rerun {
-        OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
+        let _folder = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
         crate::figure::recording::record(&file.name, &scene, &rollout, renderer.as_mut(), path)?;
         writeln!(stdout, "{}", path.display())?;
     }

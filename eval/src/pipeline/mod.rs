@@ -7,7 +7,6 @@ mod code;
 mod episodes;
 mod estimates;
 mod model;
-mod observation_model;
 #[cfg(feature = "train")]
 mod study;
 mod tables;
@@ -18,9 +17,8 @@ mod views;
 
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
-pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
-pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model};
-pub use observation_model::TractModel;
+pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
+pub use model::{LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, model, models};
 #[cfg(feature = "train")]
 pub use study::{
     StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,

@@ -1,9 +1,11 @@
 //! The scene file: YAML -> a checked scene, or every reason why not, with line and column.
 
 mod error;
+pub mod estimator;
 mod place;
 mod range;
 mod read;
+pub mod row;
 pub mod seeds;
 pub mod study;
 mod words;
@@ -13,6 +15,7 @@ pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 
 use crate::progress::{Progress, Stage};
+use estimator::EstimatorSpec;
 use garde::Validate;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -24,7 +27,6 @@ use vantage_learn::TrainingSpec;
 use vantage_sim::checked::{CheckedScene, SceneError, SceneSpec, fits_into};
 use vantage_sim::error::{Progress as Told, Stage as Reading};
 use vantage_sim::scene::{RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
-use vantage_slam::EstimatorSpec;
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;

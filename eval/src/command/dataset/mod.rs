@@ -27,9 +27,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use trajectories::Trajectories;
-use vantage_dataset::layout::{BopLayout, CropLayout, Opened};
 use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed, Split};
+use vantage_formats::{BopLayout, CropLayout, Opened};
 use vantage_sim::capture::capture;
 use vantage_sim::checked::CheckedScene;
 use vantage_sim::episode::{OnLook, observe};
@@ -191,8 +191,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
                 let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
                 Box::new(Images::open(&at("bop-webdataset"), layout, &source)?)
             }
-            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source, &provenance)?),
-            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source, &provenance)?),
+            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source)?),
+            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source)?),
         });
     }
     let mut index = Index::read(&out, provenance.clone());
