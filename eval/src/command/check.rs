@@ -18,7 +18,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
     let fresh = line(&args.scene, &args.stages)?;
     let verdict = compare(&baseline, &fresh.results)?;
-    write!(stdout, "{}", verdict.report(Style::Terminal))?;
+    write!(stdout, "{}", verdict.report(Style::terminal()))?;
     let there = Machine::read(&folder);
     write!(stdout, "{}", Machine::of(&fresh.manifest).compared_with(there.as_ref()))?;
     Ok(if verdict.passed() { Exit::Success } else { Exit::Regression })

@@ -35,7 +35,6 @@ const TRUNKS: &str = "trunks";
 pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
-    ResultFolder::check(&out, &study.name, ResultKind::Study)?;
     let beside = args.study.parent().unwrap_or(Path::new(""));
     let scene = beside.join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer.into())?;
@@ -63,7 +62,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             return Err(located(variant.refused(reason.to_owned())).into());
         }
     }
-    let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
+    let hash = study.hash(&pipeline.scene_hash)?;
     let mut manifest = Manifest::new(&hash, &seeds);
     manifest.renderer = Renderer::from(&pipeline.renderer_info);
     manifest.options = serde_json::to_value(args)?;
@@ -146,7 +145,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let results = Results::new(&study.name, &hash, tables);
     report::write(folder, &results, &manifest)?;
     for table in results.tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
-        writeln!(stdout, "{}", table_text::tables(table, Style::Terminal))?;
+        writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
     }
     Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }

@@ -82,9 +82,9 @@ fn told_of_failures(scored: &Scored, progress: &Progress) {
 /// Prints every table, and the viewpoint errors by family.
 fn print(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
     for table in &scored.results.tables {
-        writeln!(stdout, "{}", table_text::tables(table, Style::Terminal))?;
+        writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
     }
-    writeln!(stdout, "{}", viewpoints(&scored.unseen, Style::Terminal))?;
+    writeln!(stdout, "{}", viewpoints(&scored.unseen, Style::terminal()))?;
     Ok(())
 }
 
