@@ -6,6 +6,7 @@ use crate::command::exit::Exit;
 use crate::error::BenchError;
 use crate::gate::{Machine, comparable, compare};
 use crate::result::grid::Style;
+use crate::result::kind::ResultKind;
 use crate::result::results_file::Results;
 use crate::scene_file::{self, SceneFile};
 use std::io::Write;
@@ -13,7 +14,7 @@ use std::io::Write;
 /// Compares, and prints what moved.
 pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let scene: SceneFile = scene_file::read(&args.scene)?;
-    let folder = args.baseline.join(&scene.name);
+    let folder = ResultKind::Scene.place(&args.baseline, &scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
     let fresh = line(&args.scene, &args.stages)?;

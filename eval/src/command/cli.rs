@@ -1,5 +1,6 @@
 //! The command line of `bench`.
 
+use crate::progress::Loudness;
 use clap::builder::RangedI64ValueParser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -18,6 +19,30 @@ pub struct Cli {
     /// The scene to run, and how.
     #[command(flatten)]
     pub run: RunArgs,
+    /// How much is said.
+    #[command(flatten)]
+    pub loudness: LoudnessArgs,
+}
+
+/// How much is said on standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
+pub struct LoudnessArgs {
+    /// Says nothing of progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Says all there is: why each run failed, how long each stage took.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+impl From<LoudnessArgs> for Loudness {
+    fn from(args: LoudnessArgs) -> Self {
+        match (args.quiet, args.verbose) {
+            (true, _) => Self::Quiet,
+            (_, true) => Self::Verbose,
+            _ => Self::Usual,
+        }
+    }
 }
 
 impl Cli {
@@ -45,6 +70,8 @@ pub enum Command {
     Dataset(DatasetArgs),
     /// Draws what a model makes of objects it has not seen: t-SNE of latents, predicted views, likely viewpoints.
     Figures(FiguresArgs),
+    /// Writes the index of a folder of results.
+    Index(IndexArgs),
     /// Reads BigBIRD or Active Vision data into our own layout.
     Import(ImportArgs),
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
@@ -67,12 +94,42 @@ pub struct RunArgs {
     /// The scene file; there is always one but under another command.
     #[arg(value_name = "SCENE", required = true)]
     pub scene: Option<PathBuf>,
-    /// Folder that gets a folder of results by the scene's name: `results` for those that are committed.
+    /// Folder that gets `scenes/NAME`, the results of the scene of that name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Gives up a result of more seeds or of another model that lies in the folder.
+    #[arg(long)]
+    #[serde(skip)]
+    pub replace: bool,
+    /// Which tables are printed.
+    #[arg(long, value_enum, default_value_t)]
+    #[serde(skip)]
+    pub tables: TablesChoice,
+    /// Prints the results as JSON, and nothing else.
+    #[arg(long, conflicts_with = "tables")]
+    #[serde(skip)]
+    pub json: bool,
     /// How it is made.
     #[command(flatten)]
     pub stages: StageArgs,
+}
+
+/// Which tables are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TablesChoice {
+    /// One of trajectories and one of latents.
+    #[default]
+    Short,
+    /// All that are written, and azimuths by family.
+    All,
+}
+
+/// `bench index RESULTS_DIR`: the index of a folder of results.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct IndexArgs {
+    /// The folder that holds `scenes` and `studies`.
+    #[arg(value_name = "RESULTS_DIR")]
+    pub results: PathBuf,
 }
 
 /// `bench check SCENE`: fresh results against the committed ones.
@@ -193,7 +250,7 @@ pub struct StudyArgs {
     /// The study file.
     #[arg(value_name = "STUDY")]
     pub study: PathBuf,
-    /// Folder that gets a folder of results by the study's name: `results` for those that are committed.
+    /// Folder that gets `studies/NAME`, the results of the study of that name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Folder of intermediate results, which a second run takes up.

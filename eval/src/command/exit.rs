@@ -67,7 +67,7 @@ impl BenchError {
             | BenchError::NotViewing { .. }
             | BenchError::ObjectiveNotViewing { .. }
             | BenchError::NothingHeldOut { .. }
-            | BenchError::OtherResults { .. }
+            | BenchError::FullerResult(_)
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]
@@ -81,7 +81,9 @@ impl BenchError {
             #[cfg(feature = "rerun")]
             BenchError::Recording { .. } => Exit::CannotWrite,
             BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
-            BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
+            BenchError::NothingSeen { .. }
+            | BenchError::NothingOf { .. }
+            | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
             BenchError::Results(_) => Exit::StoredDataInvalid,
             BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,

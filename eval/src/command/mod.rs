@@ -6,8 +6,10 @@ mod dataset;
 pub mod exit;
 mod figures;
 mod import;
+mod index;
 mod look;
 mod models;
+mod places;
 pub mod run;
 mod scene;
 #[cfg(feature = "train")]
@@ -19,6 +21,7 @@ pub use check::check;
 pub use dataset::dataset;
 pub use figures::figures;
 pub use import::import;
+pub use index::{INDEX, write_index};
 pub use look::look;
 pub use models::models;
 pub use scene::bench;

@@ -3,16 +3,19 @@
 use super::cli::{Cli, Command};
 use super::exit::Exit;
 use crate::error::BenchError;
+use crate::progress::Loudness;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;
 
 /// Runs a command; what it is asked to print goes to `stdout`.
 pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    Loudness::from(cli.loudness).apply();
     match &cli.command {
         None => super::bench(&cli.run, stdout),
         Some(Command::Check(args)) => super::check(args, stdout),
         Some(Command::Dataset(args)) => super::dataset(args, stdout),
         Some(Command::Figures(args)) => super::figures(args, stdout),
+        Some(Command::Index(args)) => super::write_index(args, stdout),
         Some(Command::Import(args)) => super::import(args, stdout),
         Some(Command::Look(args)) => super::look(args, stdout),
         Some(Command::Models(args)) => super::models(args, stdout),

@@ -3,6 +3,7 @@
 use super::figures::latents;
 use crate::command::cli::StudyArgs;
 use crate::command::exit::Exit;
+use crate::command::places::places;
 use crate::error::BenchError;
 use crate::pipeline::{Pipeline, VariantModels, finished_model, study_views, variant_models, variant_scores};
 use crate::progress::Progress;
@@ -13,7 +14,7 @@ use crate::result::manifest::{Manifest, Renderer};
 use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
-use crate::result::results_file::Results;
+use crate::result::results_file::{FILE_NAME, Results};
 use crate::result::row_name::LATENTS;
 use crate::result::table::{Outcome, Run, Table};
 use crate::result::table_text;
@@ -137,8 +138,11 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     );
     let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &Progress::detect())?;
     folder.write("variants.md", notes.as_bytes())?;
+    let place = folder.path().to_owned();
+    let mut pictures = Vec::new();
     if let Some((_, png)) = map {
         folder.write(latents::LATENTS, &png)?;
+        pictures.push(latents::LATENTS);
     }
     let scored =
         tables.iter().flat_map(Table::runs).any(|run| run.outcome == Outcome::Done && !run.scores.is_empty());
@@ -147,6 +151,13 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     for table in results.tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
         writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
     }
+    let kinds = [
+        ("tables", vec![report::TABLES]),
+        ("variants", vec!["variants.md"]),
+        ("raw scores", vec![FILE_NAME]),
+        ("pictures", pictures),
+    ];
+    write!(stdout, "{}", places(&place, kinds))?;
     Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }
 

@@ -28,7 +28,8 @@ pub fn gains_svg(scene: &str, reference: &str, methods: &[(&str, Paired)]) -> Re
     }
     let mut svg = String::new();
     let mut draw = || -> Drawn {
-        let area = SVGBackend::with_string(&mut svg, (WIDTH, PANEL * methods.len() as u32)).into_drawing_area();
+        let area =
+            SVGBackend::with_string(&mut svg, (WIDTH, PANEL * methods.len() as u32)).into_drawing_area();
         area.fill(&WHITE)?;
         for (panel, (method, paired)) in area.split_evenly((methods.len(), 1)).iter().zip(methods) {
             let title = format!("{scene}: ATE of {method} less that of {reference}, seed by seed");
@@ -106,7 +107,9 @@ mod tests {
         let rectangles = |svg: &str| svg.matches("<rect").count();
         // The ground, four bars and the interval.
         assert_eq!(rectangles(&svg), 1 + 4 + 1, "{svg}");
-        for text in ["a&lt;b: ATE of viewpoint_dependent less that of geometric", "mean -0.1000 +- 0.0000 (95%) m"] {
+        for text in
+            ["a&lt;b: ATE of viewpoint_dependent less that of geometric", "mean -0.1000 +- 0.0000 (95%) m"]
+        {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert!(svg.contains("4 of 4 seeds are better"), "{svg}");

@@ -122,7 +122,7 @@ fn draw(view: &TopView<'_>, frame: &Frame, svg: &mut String) -> Drawn {
         chart.draw_series(LineSeries::new(poses.iter().map(xy), style))?;
         chart.draw_series(poses.last().map(|end| Cross::new(xy(end), 5, style)))?;
     }
-    chart.draw_series(truth().last().map(|end| Cross::new(end, 5, BLACK.stroke_width(2))))?;
+    chart.draw_series(truth().next_back().map(|end| Cross::new(end, 5, BLACK.stroke_width(2))))?;
     area.present()?;
     Ok(())
 }
@@ -222,7 +222,8 @@ mod tests {
         let along = |x: f64, y: f64| -> Vec<Pose> {
             (0..9).map(|i| Pose::translation(x * f64::from(i), y * f64::from(i), 0.0)).collect()
         };
-        let of = |path: &[Pose]| size(&trajectory_svg(&TopView { truth: path, ..TopView::default() }).unwrap());
+        let of =
+            |path: &[Pose]| size(&trajectory_svg(&TopView { truth: path, ..TopView::default() }).unwrap());
         let (straight, steep, square) = (of(&along(3.0, 0.01)), of(&along(0.01, 3.0)), of(&along(1.0, 1.0)));
         assert!(straight.0 > 3.0 * straight.1, "{straight:?}");
         assert!(steep.1 > 1.5 * steep.0, "{steep:?}");
@@ -234,9 +235,11 @@ mod tests {
         let lines = |names: &[&str]| places(names, 400).iter().map(|(_, (_, y))| *y).max();
         let name = "a_long_name_of_an_estimator";
         assert!(lines(&[name; 3]) > lines(&[name]));
-        assert!(places(&[name; 3], 400).iter().all(|(word, (x, _))| {
-            x + 26 + LETTER * word.text().chars().count() as i32 <= 400
-        }));
+        assert!(
+            places(&[name; 3], 400)
+                .iter()
+                .all(|(word, (x, _))| { x + 26 + LETTER * word.text().chars().count() as i32 <= 400 })
+        );
     }
 
     #[test]

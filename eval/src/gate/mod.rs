@@ -169,7 +169,10 @@ mod tests {
         assert!(other.report(Style::Terminal(120)).contains("No score of a single seed is in both"));
         let lacking = compare(&all, &less).unwrap();
         assert_eq!(lacking.count(Movement::Regressed), 2);
-        assert_eq!(lacking.report(Style::Terminal(120)).matches("REGRESSED: no run has it any more").count(), 2);
+        assert_eq!(
+            lacking.report(Style::Terminal(120)).matches("REGRESSED: no run has it any more").count(),
+            2
+        );
         assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);
         let empty = Results::new("tabletop", "abc", vec![]);
         assert_eq!(compare(&all, &empty).unwrap().count(Movement::Regressed), 6);

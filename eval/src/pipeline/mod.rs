@@ -19,7 +19,7 @@ mod views;
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
-pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model};
+pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model, model_hash};
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use study::{

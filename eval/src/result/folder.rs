@@ -177,8 +177,16 @@ mod tests {
         fs::create_dir_all(folder.join("folder")).unwrap();
         #[cfg(unix)]
         std::os::unix::fs::symlink(root.path(), folder.join("link")).unwrap();
-        let names =
-            ["../../kept", outside.to_str().unwrap(), "a/../../../kept", ".", "", "link/kept", "folder", "old.csv"];
+        let names = [
+            "../../kept",
+            outside.to_str().unwrap(),
+            "a/../../../kept",
+            ".",
+            "",
+            "link/kept",
+            "folder",
+            "old.csv",
+        ];
         for (of, stays) in [(serde_json::json!("scene"), false), (serde_json::Value::Null, true)] {
             fs::write(&outside, "kept").unwrap();
             fs::write(folder.join("old.csv"), "old").unwrap();

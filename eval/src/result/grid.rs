@@ -70,8 +70,11 @@ pub(crate) fn draw_in_parts(style: Style, kept: usize, head: &[String], rows: &[
         }
         parts.iter_mut().rev().take(1).for_each(|part| part.push(column));
     }
-    let pick = |part: &[usize], row: &[String]| part.iter().map(|&column| row[column].clone()).collect::<Vec<_>>();
-    let drawn = parts.iter().map(|part| draw(style, &pick(part, head), rows.iter().map(|row| pick(part, row)).collect()));
+    let pick =
+        |part: &[usize], row: &[String]| part.iter().map(|&column| row[column].clone()).collect::<Vec<_>>();
+    let drawn = parts
+        .iter()
+        .map(|part| draw(style, &pick(part, head), rows.iter().map(|row| pick(part, row)).collect()));
     drawn.collect::<Vec<_>>().join("\n")
 }
 

@@ -35,3 +35,8 @@ pub fn taken_names() -> Vec<&'static str> {
 pub fn row_name(row: Row, semantic: &'static str) -> &'static str {
     if row == Row::ViewpointDependent { semantic } else { row.name() }
 }
+
+/// Whether a row of trajectories is of neither odometry nor geometry nor the control: of a model, or of somebody else's estimator.
+pub fn is_learned(name: &str) -> bool {
+    ![Row::Odometry, Row::Geometric, Row::Uninformative].map(Row::name).contains(&name)
+}

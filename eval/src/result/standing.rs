@@ -21,6 +21,7 @@ pub struct Standing {
 #[serde(default)]
 struct Options {
     train: bool,
+    model: Option<PathBuf>,
 }
 
 /// A result that a lesser or another one would take the place of.
@@ -44,10 +45,19 @@ impl Standing {
         serde_json::from_str(&fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
     }
 
-    /// Refuses a run without some of the seeds, or with another model than that of the hash; a model that is yet to be trained has none.
-    pub fn allows(&self, folder: &Path, seeds: &[Seed], model: Option<&str>) -> Result<(), FullerResult> {
+    /// Whether it is of the model of that hash.
+    pub fn is_of(&self, model: &str) -> bool {
+        self.model_hash.as_deref() == Some(model)
+    }
+
+    /// Whether it is of a model that was trained for it, of a scene that comes `with_a_model` or without one.
+    pub fn is_of_training(&self, with_a_model: bool) -> bool {
+        self.options.train || self.options.model.is_none() && !with_a_model
+    }
+
+    /// Refuses a run without some of the seeds, or with another model.
+    pub fn allows(&self, folder: &Path, seeds: &[Seed], same_model: bool) -> Result<(), FullerResult> {
         let missing = self.seeds.iter().filter(|&&seed| !seeds.contains(&Seed(seed))).count();
-        let same_model = model.map_or(self.options.train, |hash| self.model_hash.as_deref() == Some(hash));
         let lacks = match (missing, same_model) {
             (0, true) => return Ok(()),
             (0, false) => "is of another model".to_owned(),
@@ -73,17 +83,23 @@ mod tests {
         let mut manifest = Manifest::new("abc", &[Seed(0), Seed(1)]);
         manifest.model_hash = Some("def".into());
         write(&manifest);
-        let told = |seeds: &[Seed], model| {
-            let allowed = Standing::read(folder.path()).unwrap().allows(folder.path(), seeds, model);
+        let read = || Standing::read(folder.path()).unwrap();
+        let told = |seeds: &[Seed], same_model| {
+            let allowed = read().allows(folder.path(), seeds, same_model);
             allowed.err().map(|error| error.to_string()).unwrap_or_default()
         };
         let three = [0, 1, 2].map(Seed);
-        assert_eq!([told(&three, Some("def")), told(&three[..2], Some("def"))], ["", ""]);
-        assert!(told(&three[1..], Some("def")).contains("of 2 seeds, and this run lacks 1 of them"));
-        assert!(told(&three, Some("other")).contains("another model") && told(&three, None).contains("--replace"));
-        assert!(told(&three[..1], None).contains("another model and lacks 1"));
-        manifest.options = serde_json::json!({ "train": true });
+        assert_eq!([told(&three, true), told(&three[..2], true)], ["", ""]);
+        assert!(told(&three[1..], true).contains("of 2 seeds, and this run lacks 1 of them"));
+        assert!(told(&three, false).contains("another model") && told(&three, false).contains("--replace"));
+        assert!(told(&three[..1], false).contains("another model and lacks 1"));
+        assert!(read().is_of("def") && !read().is_of("other"));
+        assert!(read().is_of_training(false) && !read().is_of_training(true));
+        manifest.options = serde_json::json!({ "train": true, "model": null });
         write(&manifest);
-        assert_eq!(told(&three, None), "");
+        assert!(read().is_of_training(true));
+        manifest.options = serde_json::json!({ "train": false, "model": "mine" });
+        write(&manifest);
+        assert!(!read().is_of_training(false));
     }
 }

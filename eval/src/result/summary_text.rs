@@ -37,7 +37,8 @@ pub fn trajectories(table: &Table) -> String {
 /// Latents of single views: clusters, retrieval, azimuth, class from a few tags.
 pub fn latents(latents: &Table, classes: &Table) -> String {
     let summaries = [latents.summary(), classes.summary()];
-    let head = ["Method", "ARI ↑", "Recall@1,\nother light ↑", "Azimuth,\nmedian [deg] ↓", "Class by\n10 tags ↑"];
+    let head =
+        ["Method", "ARI ↑", "Recall@1,\nother light ↑", "Azimuth,\nmedian [deg] ↓", "Class by\n10 tags ↑"];
     let columns = [
         (0, Metric::Ari),
         (0, Metric::RecallAt1AcrossLight),
@@ -45,7 +46,8 @@ pub fn latents(latents: &Table, classes: &Table) -> String {
         (1, Metric::NearestOf10),
     ];
     let row = |method: &String| {
-        let cells = columns.iter().map(|&(table, metric): &(usize, _)| mean_of(&summaries[table], method, metric));
+        let cells =
+            columns.iter().map(|&(table, metric): &(usize, _)| mean_of(&summaries[table], method, metric));
         std::iter::once(method.clone()).chain(cells).collect()
     };
     let rows = latents.methods().iter().map(row).collect();
@@ -111,7 +113,10 @@ mod tests {
         let text = trajectories(&table(runs()).unwrap());
         let cells = |method: &str| -> Vec<String> {
             let line = text.lines().find(|line| line.contains(&format!("│ {method}"))).unwrap();
-            line.split(['│', '┆']).map(|cell| cell.trim().to_owned()).filter(|cell| !cell.is_empty()).collect()
+            line.split(['│', '┆'])
+                .map(|cell| cell.trim().to_owned())
+                .filter(|cell| !cell.is_empty())
+                .collect()
         };
         assert!(widest(&text) <= 100, "{text}");
         assert_eq!(cells(METHODS[2])[3..5], ["-0.1000 +- 0.0000", "4 of 4"]);
@@ -152,7 +157,10 @@ mod tests {
         };
         let told = |by| answer(&shifted(by), METHODS[2]).unwrap();
         assert!(told([-0.1, -0.11, -0.1, -0.11]).contains("lowers the mean ATE of geometric by 0.1050 m"));
-        assert!(told([0.1, 0.11, 0.1, 0.11]).contains("raises") && told([0.1, 0.11, 0.1, 0.11]).contains("0 of 4"));
+        assert!(
+            told([0.1, 0.11, 0.1, 0.11]).contains("raises")
+                && told([0.1, 0.11, 0.1, 0.11]).contains("0 of 4")
+        );
         let open = told([-0.1, 0.1, -0.1, 0.05]);
         assert!(open.contains("holds 0") && open.contains("2 of 4 seeds are better"), "{open}");
         assert_eq!(answer(&shifted([0.0; 4]), METHODS[1]), None);

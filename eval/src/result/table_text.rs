@@ -51,8 +51,7 @@ fn grid<'a>(
 ) -> String {
     let shown = table.metrics().iter().filter(|metric| !metric.is_repeated());
     let head = ["Method".to_owned(), "Runs".to_owned()].into_iter();
-    let head: Vec<String> =
-        head.chain(shown.map(|metric| metric.heading() + metric.arrow())).collect();
+    let head: Vec<String> = head.chain(shown.map(|metric| metric.heading() + metric.arrow())).collect();
     let rows: Vec<Vec<String>> = methods
         .map(|method| {
             let cells = summary.iter().filter(|cell| cell.method == *method && !cell.metric.is_repeated());
