@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use crate::result::grid::Style;
     use crate::result::metric::Metric;
-    use crate::result::table::tests::{METHODS, runs, table};
+    use crate::result::table::tests::{METHODS, run, runs, table};
     use crate::result::table::{Outcome, Run};
 
     fn results(runs: Vec<Run>) -> Results {
@@ -131,6 +131,26 @@ mod tests {
         let report = within.report(Style::Terminal(120));
         assert!(report.contains("3 of 24 scores of single seeds differ"), "{report}");
         assert!(report.contains("seed 0"), "the largest difference is there: {report}");
+    }
+
+    #[test]
+    fn a_score_of_few_views_may_move_as_much_farther_as_it_is_less_sure() {
+        let azimuths = [Metric::ViewpointMedian, Metric::ViewpointByImage];
+        let off = |degrees: f64| {
+            let score = |seed: u64| 0.1 + degrees.to_radians() + 0.01 * seed as f64;
+            let runs = (0..4).map(|seed| run("mine", seed, &azimuths.map(|metric| (metric, score(seed)))));
+            let seeds: Vec<Seed> = (0..4).map(Seed).collect();
+            let table = Table::new("decoder", &["mine"], None, &azimuths, &seeds, runs.collect()).unwrap();
+            Results::new("tabletop", "abc", vec![table])
+        };
+        let moved = |degrees: f64| -> Vec<Metric> {
+            let verdict = compare(&off(0.0), &off(degrees)).unwrap();
+            let moved = verdict.comparisons.iter().filter(|c| c.movement != Movement::Still);
+            moved.map(|c| c.metric).collect()
+        };
+        assert_eq!(moved(0.05), []);
+        assert_eq!(moved(0.14), [Metric::ViewpointMedian]);
+        assert_eq!(moved(0.45), azimuths);
     }
 
     #[test]

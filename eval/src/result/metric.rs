@@ -270,6 +270,11 @@ impl Metric {
         self == Metric::WorstNumberInside95
     }
 
+    /// Whether it is of one view of each instance, where others are of all views.
+    pub fn is_of_one_view(self) -> bool {
+        self == Metric::ViewpointByImage
+    }
+
     /// Whether another column beside it always says the same: NMI by the arithmetic mean is V-measure.
     pub fn is_repeated(self) -> bool {
         self == Metric::Nmi
