@@ -8,15 +8,16 @@ use std::process::Command;
 /// Each stage's name, and the folders and files, from the workspace's root, whose code can change its result.
 const STAGES: [(&str, &[&str]); 3] = [
     ("SIMULATED", &["dataset/src", "sim/src", "eval/src/pipeline"]),
-    ("TRAINED", &["dataset/src", "sim/src", "learn/src", "eval/src/pipeline"]),
-    ("ANSWERED", &["dataset/src", "learn/src", "slam/src", "eval/src"]),
+    ("TRAINED", &["dataset/src", "model/src", "sim/src", "learn/src", "eval/src/pipeline"]),
+    ("ANSWERED", &["dataset/src", "model/src", "learn/src", "slam/src", "eval/src"]),
 ];
 
 /// What decides how all of it is built.
-const SETTINGS: [&str; 7] = [
+const SETTINGS: [&str; 8] = [
     "Cargo.lock",
     "Cargo.toml",
     "dataset/Cargo.toml",
+    "model/Cargo.toml",
     "sim/Cargo.toml",
     "learn/Cargo.toml",
     "slam/Cargo.toml",

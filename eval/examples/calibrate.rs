@@ -18,7 +18,7 @@ use support::{Episode, arguments, columns, scored, validation_episodes};
 use vantage_dataset::{Pose, se3};
 use vantage_eval::pipeline::model;
 use vantage_eval::result::statistics::quantile;
-use vantage_slam::{Estimate, EstimatorSpec, Row, estimate};
+use vantage_slam::{Estimate, Estimator, Geometric, Semantic};
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 
@@ -33,20 +33,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("size over box side: {:.3}", boxes.size_over_side);
 
     println!("scale        ATE  difference  half width   NEES");
-    let of = |row: Row, scale: f64| {
-        let spec = EstimatorSpec {
-            semantic_information_scale: scale,
-            covariances: true,
-            ..pipeline.file.estimator.clone()
-        };
-        scored(&episodes, |episode| estimate(&episode.observations, row, Some(&loaded.model), &spec))
-    };
+    let mut settings = pipeline.file.estimator.settings();
+    settings.solver.covariances = true;
+    let of =
+        |estimator: &dyn Estimator| scored(&episodes, |episode| estimator.estimate(&episode.observations));
     let errors = |answers: &[(Estimate, f64)]| answers.iter().map(|(_, error)| *error).collect::<Vec<_>>();
-    let geometric = of(Row::Geometric, 1.0)?;
+    let geometric = of(&Geometric::new(&settings))?;
     let reference = errors(&geometric);
     println!("    -   {}  {:5.2}", columns(&reference, &reference), mean_nees(&geometric, &episodes));
     for scale in SCALES {
-        let answers = of(Row::ViewpointDependent, scale)?;
+        settings.semantics.information_scale = scale;
+        let answers = of(&Semantic::new(&settings, loaded.viewing()))?;
         println!(
             "{scale:5}   {}  {:5.2}",
             columns(&errors(&answers), &reference),

@@ -15,10 +15,10 @@ use std::error::Error;
 use support::{Episode, arguments, columns, scored, validation_episodes};
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Seed, Viewpoint};
-use vantage_slam::{
-    EstimatorSpec, LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel, Row,
-    estimate,
+use vantage_model::{
+    AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
 };
+use vantage_slam::{Estimator, Geometric, Semantic, SemanticSettings, Settings};
 
 const DEGREES: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
@@ -44,7 +44,7 @@ impl AzimuthSensor {
             }
         }
         let information = DMatrix::identity(2, 2) / sigma;
-        let noise = MeasurementNoise::new(information, f64::INFINITY, 1.0).expect("sigma is positive");
+        let noise = MeasurementNoise::new(information, f64::INFINITY).expect("sigma is positive");
         Self { noise, by_crop }
     }
 }
@@ -54,27 +54,23 @@ impl ObservationModel for AzimuthSensor {
         1
     }
 
-    fn measurement_dim(&self) -> usize {
-        2
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, AnswerError> {
+        self.by_crop.get(&crop.0[..]).cloned().ok_or(AnswerError::NonFinite { what: "azimuth" })
     }
 
-    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
-        self.by_crop.get(&crop.0[..]).cloned().ok_or(ModelError::NonFinite { what: "azimuth" })
-    }
-
-    fn encode(&self, _: &Crop, _: &Viewpoint) -> Result<LatentGaussian, ModelError> {
+    fn encode(&self, _: &Crop, _: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
         Ok(LatentGaussian::prior(1))
     }
 
-    fn predict(&self, _: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
-        Ok(DVector::from_column_slice(&x[..2]))
+    fn predict(&self, _: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+        Ok(DVector::from_column_slice(&viewpoint.conditioning()[..2]))
     }
 
-    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
+    fn linearize(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<Linearization, AnswerError> {
         Ok(Linearization {
-            mean: self.predict(latent, x)?,
+            mean: self.predict(latent, viewpoint)?,
             d_latent: DMatrix::zeros(2, 1),
-            d_conditioning: DMatrix::identity(2, CONDITIONING),
+            d_viewpoint: ViewpointDerivative::new(DMatrix::identity(2, CONDITIONING)),
         })
     }
 
@@ -87,23 +83,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (pipeline, count) = arguments()?;
     let episodes = validation_episodes(&pipeline, count)?;
     // Its noise is independent and known: every view counts, and counts in full.
-    let spec = EstimatorSpec {
-        semantic_information_scale: 1.0,
-        minimum_view_separation: 0.0,
-        ..pipeline.file.estimator.clone()
-    };
-    let errors = |row: Row, degrees: f64| -> Result<Vec<f64>, Box<dyn Error>> {
-        let answers = scored(&episodes, |episode| {
-            let sensor = AzimuthSensor::new(episode, degrees.to_radians());
-            estimate(&episode.observations, row, Some(&sensor), &spec)
-        })?;
-        Ok(answers.into_iter().map(|(_, error)| error).collect())
-    };
-    let geometric = errors(Row::Geometric, 1.0)?;
+    let told = pipeline.file.estimator.settings();
+    let semantics =
+        SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..told.semantics };
+    let settings = Settings { semantics, ..told };
+    let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
+    let geometric = Geometric::new(&settings);
+    let geometric = errors(scored(&episodes, |episode| geometric.estimate(&episode.observations))?);
     println!("sigma     ATE  difference  half width");
     println!("    -  {}", columns(&geometric, &geometric));
     for degrees in DEGREES {
-        println!("{degrees:5}  {}", columns(&errors(Row::ViewpointDependent, degrees)?, &geometric));
+        let answers = scored(&episodes, |episode| {
+            let sensor = AzimuthSensor::new(episode, degrees.to_radians());
+            Semantic::new(&settings, &sensor).estimate(&episode.observations)
+        })?;
+        println!("{degrees:5}  {}", columns(&errors(answers), &geometric));
     }
     Ok(())
 }

@@ -13,9 +13,10 @@ use crate::score::pairs::PairsError;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::InstanceId;
-use vantage_dataset::layout::ImportError;
 use vantage_dataset::store::StoreError;
+use vantage_formats::ImportError;
 use vantage_learn::Kind;
+use vantage_model::AnswerError;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
 use vantage_slam::EstimateError;
@@ -92,6 +93,9 @@ pub enum BenchError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// See [`AnswerError`].
+    #[error("observation model: {0}")]
+    Answer(#[from] AnswerError),
     /// A folder that is to be read is not there.
     #[error("there is no folder {}", folder.display())]
     NoFolder {
@@ -112,6 +116,23 @@ pub enum BenchError {
     NoModel {
         /// The folder.
         folder: PathBuf,
+    },
+    /// A model whose folder gives its row no name.
+    #[error(
+        "--model {}: the folder's name is that of the model's row, which takes letters, digits, '-', '_' and '.' alone; rename \
+         the folder", folder.display()
+    )]
+    Unnamed {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A model whose row would have the name of another.
+    #[error("--model {}: another row, or the truth, is named {name}; rename the folder", folder.display())]
+    Named {
+        /// The folder.
+        folder: PathBuf,
+        /// The name.
+        name: String,
     },
     /// See [`vantage_learn::TrainError`].
     #[cfg(feature = "train")]

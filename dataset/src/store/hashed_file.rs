@@ -1,7 +1,8 @@
 //! Files that are hashed while they are written and read.
 
 use super::error::{Fault, StoreError};
-use super::manifest::FileRecord;
+use super::file_record::FileRecord;
+use super::whole_file::{self, open_regular, read_regular, write_atomically};
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
@@ -9,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 const BUFFER: usize = 1 << 16;
 
 /// A stream that hashes and counts the bytes that pass.
-pub(crate) struct Hashing<F> {
+pub(super) struct Hashing<F> {
     inner: F,
     hasher: blake3::Hasher,
     bytes: u64,
@@ -53,7 +54,7 @@ impl<F: Read> Read for Hashing<F> {
 /// Where a file's bytes go.
 pub(super) type Sink = BufWriter<Hashing<File>>;
 /// Where a file's bytes come from.
-pub(crate) type Source = BufReader<Hashing<File>>;
+pub(super) type Source = BufReader<Hashing<File>>;
 
 /// Writes `path` with `fill`, to disk and not just to the system's buffers.
 pub(super) fn write_hashed(
@@ -73,7 +74,7 @@ pub(super) fn write_hashed(
 /// Parses `folder/name` in one pass and proves that the bytes parsed are those of `record`.
 ///
 /// Damage is told before what the parser makes of the damaged bytes.
-pub(crate) fn read_verified<T>(
+pub(super) fn read_verified<T>(
     folder: &Path,
     name: &str,
     record: &FileRecord,
@@ -81,7 +82,7 @@ pub(crate) fn read_verified<T>(
 ) -> Result<T, StoreError> {
     let path = regular_file(folder, name)?;
     let damaged = |got: String, expected: String| StoreError::Damaged { path: path.clone(), got, expected };
-    let file = File::open(&path).map_err(StoreError::read(&path))?;
+    let file = open_regular(&path).map_err(StoreError::read(&path))?;
     let bytes = file.metadata().map_err(StoreError::read(&path))?.len();
     if bytes != record.bytes {
         return Err(damaged(format!("{bytes} bytes"), format!("{} bytes", record.bytes)));
@@ -96,9 +97,17 @@ pub(crate) fn read_verified<T>(
     parsed
 }
 
+/// Proves the size and hash of each file, by its path in the folder with `/`.
+pub fn verify_files<'a>(
+    folder: &Path,
+    files: impl IntoIterator<Item = (&'a String, &'a FileRecord)>,
+) -> Result<(), StoreError> {
+    files.into_iter().try_for_each(|(name, record)| read_verified(folder, name, record, |_| Ok(())))
+}
+
 /// Hashes a file that somebody else wrote, and sees it to disk.
-pub(crate) fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
-    let mut source = Hashing::new(File::open(path).map_err(StoreError::read(path))?);
+pub fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
+    let mut source = Hashing::new(open_regular(path).map_err(StoreError::read(path))?);
     let mut buffer = vec![0; BUFFER];
     while source.read(&mut buffer).map_err(StoreError::read(path))? > 0 {}
     source.inner.sync_all().map_err(StoreError::write(path))?;
@@ -130,7 +139,7 @@ fn regular_file(folder: &Path, name: &str) -> Result<PathBuf, StoreError> {
 }
 
 /// Refuses a file name that could lead out of its folder.
-pub(crate) fn inside(name: &str) -> Result<(), Fault> {
+pub fn inside(name: &str) -> Result<(), Fault> {
     let plain = !name.is_empty()
         && !name.contains(['\\', ':', '\0', char::REPLACEMENT_CHARACTER])
         && name.split('/').all(|part| !part.is_empty())
@@ -139,28 +148,23 @@ pub(crate) fn inside(name: &str) -> Result<(), Fault> {
     plain.then_some(()).ok_or_else(fault)
 }
 
-/// Puts `bytes` at `path` whole or not at all: temporary file, fsync, rename, fsync of the folder.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let temporary = PathBuf::from(temporary);
-    write_hashed(&temporary, |sink| sink.write_all(bytes))?;
-    fs::rename(&temporary, path).map_err(StoreError::write(path))?;
-    path.parent().map_or(Ok(()), sync_folder)
+/// [`write_atomically`], with the path told where it fails.
+pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    write_atomically(path, bytes).map_err(StoreError::write(path))
 }
 
 /// Makes the names in a folder outlive a power cut.
-pub(crate) fn sync_folder(folder: &Path) -> Result<(), StoreError> {
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(StoreError::write(folder))
+pub fn sync_folder(folder: &Path) -> Result<(), StoreError> {
+    whole_file::sync(folder).map_err(StoreError::write(folder))
 }
 
 /// Makes a folder and its parents.
-pub(crate) fn make_folder(folder: &Path) -> Result<(), StoreError> {
+pub fn make_folder(folder: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(folder).map_err(StoreError::write(folder))
 }
 
 /// Removes a file if it is there.
-pub(crate) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
+pub fn remove_if_there(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(source) if source.kind() != ErrorKind::NotFound => Err(StoreError::write(path)(source)),
         _ => Ok(()),
@@ -169,12 +173,11 @@ pub(crate) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
 
 /// Reads a file of at most `limit` bytes whole.
 pub(super) fn read_small(path: &Path, limit: u64) -> Result<Vec<u8>, StoreError> {
-    let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
-    read.map_err(StoreError::read(path))?;
-    if bytes.len() as u64 > limit {
-        let (got, expected) = (format!("over {limit} bytes"), format!("at most {limit} bytes"));
-        return Err(StoreError::Damaged { path: path.to_owned(), got, expected });
-    }
-    Ok(bytes)
+    read_regular(path, limit).map_err(|source| match source.kind() {
+        ErrorKind::FileTooLarge => {
+            let (got, expected) = (format!("over {limit} bytes"), format!("at most {limit} bytes"));
+            StoreError::Damaged { path: path.to_owned(), got, expected }
+        }
+        _ => StoreError::read(path)(source),
+    })
 }

@@ -12,8 +12,8 @@ mod cache;
 mod check;
 mod episode;
 mod error;
+mod file_record;
 mod folder_lock;
-mod g2o;
 mod hashed_file;
 mod instance_fields;
 mod lock;
@@ -22,8 +22,10 @@ mod npy;
 mod pose_fields;
 mod replaced;
 mod table;
+mod tables;
 mod tum;
 mod views;
+mod whole_file;
 
 #[cfg(test)]
 mod tests;
@@ -31,19 +33,16 @@ mod tests;
 pub use cache::{Cache, Entry, Key, Origin};
 pub use episode::{read_episode, read_observations, read_truth, write_episode};
 pub use error::{Fault, StoreError};
+pub use file_record::FileRecord;
 pub use folder_lock::FolderLock;
-pub use g2o::write_g2o;
-pub(crate) use hashed_file::{
-    hash_and_sync, inside, make_folder, read_verified, remove_if_there, sync_folder, write_whole,
-};
-pub(crate) use instance_fields::{parse_id, show_id};
+pub use hashed_file::{hash_and_sync, inside, make_folder, remove_if_there, sync_folder, verify_files};
 pub use lock::Waiting;
-pub use manifest::{Content, FileRecord, Manifest, Provenance, read_manifest, verify};
-pub(crate) use manifest::{read_json, write_json};
-pub(crate) use pose_fields::to_fields;
+pub use manifest::{Content, Manifest, Provenance, read_json, read_manifest, verify, write_json};
+pub use pose_fields::pose_fields;
 pub use replaced::replace;
 pub use tum::write_tum;
 pub use views::{read_views, write_views};
+pub use whole_file::{open_regular, read_regular, rename_durably, write_atomically};
 
 /// The format this version writes, and the newest it reads; every manifest and every cache key holds it.
 pub const FORMAT: u32 = 1;

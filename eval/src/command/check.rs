@@ -5,6 +5,7 @@ use crate::command::cli::CheckArgs;
 use crate::command::exit::Exit;
 use crate::error::BenchError;
 use crate::gate::{Machine, comparable, compare};
+use crate::pipeline::Naming;
 use crate::result::grid::Style;
 use crate::result::kind::ResultKind;
 use crate::result::results_file::Results;
@@ -17,7 +18,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = ResultKind::Scene.place(&args.baseline, &scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
-    let fresh = line(&args.scene, &args.stages)?;
+    let fresh = line(&args.scene, &args.stages, Naming::Kind)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::terminal()))?;
     let there = Machine::read(&folder);

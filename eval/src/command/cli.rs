@@ -308,9 +308,10 @@ pub struct StageArgs {
     /// Trains the model from scratch instead of taking the one that comes with the scene.
     #[arg(long, conflicts_with = "model")]
     pub train: bool,
-    /// Folder of a trained model.
+    /// Folder of a trained model; its row has the folder's name. May be given more than once.
     #[arg(long, value_name = "DIR")]
-    pub model: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub model: Vec<PathBuf>,
     /// Seeds 0 to N - 1 instead of those of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub seeds: Option<u64>,
@@ -419,7 +420,7 @@ mod tests {
     #[test]
     fn all_options_are_read_and_wrong_ones_refused() {
         let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
-        assert_eq!((run.stages.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
+        assert_eq!(run.stages.model, [PathBuf::from("m")]);
         assert_eq!(run.stages.model, Some("m".into()));
         for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
         {

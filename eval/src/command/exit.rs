@@ -62,6 +62,8 @@ impl BenchError {
             | BenchError::NoFolder { .. }
             | BenchError::ForViewSets { .. }
             | BenchError::NoModel { .. }
+            | BenchError::Unnamed { .. }
+            | BenchError::Named { .. }
             | BenchError::Entry(_)
             | BenchError::Leak { .. }
             | BenchError::NotViewing { .. }
@@ -69,7 +71,9 @@ impl BenchError {
             | BenchError::NothingHeldOut { .. }
             | BenchError::FullerResult(_)
             | BenchError::NotOurs { .. } => Exit::BadInput,
-            BenchError::Model(_) | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
+            BenchError::Model(_) | BenchError::Answer(_) | BenchError::StoredAnswers { .. } => {
+                Exit::StoredDataInvalid
+            }
             #[cfg(feature = "train")]
             BenchError::Train(error) => training_exit(error),
             #[cfg(not(feature = "train"))]

@@ -7,7 +7,6 @@ mod code;
 mod episodes;
 mod estimates;
 mod model;
-mod observation_model;
 #[cfg(feature = "train")]
 mod study;
 mod tables;
@@ -18,9 +17,10 @@ mod views;
 
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
-pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
-pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model, model_hash};
-pub use observation_model::TractModel;
+pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
+pub use model::{
+    LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, model, model_hash, models,
+};
 #[cfg(feature = "train")]
 pub use study::{
     StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,
@@ -39,9 +39,9 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use vantage_dataset::store::{Cache, Entry, Key, Origin};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::render::choice::{Opened, open};
 use vantage_sim::render::{Renderer, RendererInfo};
-use vantage_sim::scene::CheckedScene;
 
 /// Work of a killed run that nobody took up is removed after this time.
 const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 24 * 3600);
@@ -68,8 +68,8 @@ impl Pipeline {
     /// Reads and checks the scene, and opens the cache and the renderer.
     pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, BenchError> {
         let file: SceneFile = scene_file::read(path)?;
-        let scene = file.checked(path)?;
         let progress = Progress::detect();
+        let scene = file.checked(path, &progress)?;
         let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {
             progress.note(&notice);

@@ -8,10 +8,10 @@ use super::results_file::{FILE_NAME, Results, ResultsError};
 use super::row_name::is_learned;
 use super::statistics::Mean;
 use super::table::Table;
+use crate::scene_file::row::Row;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use std::fs;
 use std::path::{Path, PathBuf};
-use vantage_slam::Row;
 
 const TABLE_HEAD: &str = "\
 | scene | seeds | odometry | geometric | learned | paired difference | seeds better |
@@ -54,7 +54,7 @@ fn row(link: &str, table: &Table, method: &str, paired: Option<&Paired>) -> Stri
         paired.and_then(Paired::mean).map_or_else(|| "-".to_owned(), |mean| with_interval(&mean));
     let better =
         paired.map_or_else(|| "-".to_owned(), |paired| format!("{} of {}", paired.better(), paired.seeds()));
-    let [odometry, geometric] = [Row::Odometry, Row::Geometric].map(|row| ate(row.name()));
+    let [odometry, geometric] = [Row::Odometry, Row::Geometric].map(|row| ate(&row.to_string()));
     let (seeds, learned) = (table.seeds().len(), ate(method));
     format!("| {link} | {seeds} | {odometry} | {geometric} | {learned} | {difference} | {better} |\n")
 }

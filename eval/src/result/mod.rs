@@ -5,6 +5,7 @@ pub mod folder;
 pub mod grid;
 pub mod index;
 pub mod kind;
+pub mod made_folders;
 pub mod manifest;
 pub mod metric;
 pub mod output_folder;
@@ -17,4 +18,5 @@ pub mod statistics;
 pub mod summary_text;
 pub mod table;
 pub mod table_text;
-pub mod trajectory;
+
+pub use vantage_formats::trajectory;

@@ -2,7 +2,7 @@
 
 use super::manifest::FILE_NAME;
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -14,6 +14,8 @@ pub struct Standing {
     seeds: BTreeSet<u64>,
     model_hash: Option<String>,
     #[serde(default)]
+    model_hashes: BTreeMap<String, String>,
+    #[serde(default)]
     options: Options,
 }
 
@@ -21,7 +23,7 @@ pub struct Standing {
 #[serde(default)]
 struct Options {
     train: bool,
-    model: Option<PathBuf>,
+    model: Vec<PathBuf>,
 }
 
 /// A result that a lesser or another one would take the place of.
@@ -45,14 +47,14 @@ impl Standing {
         serde_json::from_str(&fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
     }
 
-    /// Whether it is of the model of that hash.
-    pub fn is_of(&self, model: &str) -> bool {
-        self.model_hash.as_deref() == Some(model)
+    /// Whether it is of no other models than those of these hashes.
+    pub fn is_of(&self, models: &[String]) -> bool {
+        self.model_hash.iter().chain(self.model_hashes.values()).all(|model| models.contains(model))
     }
 
     /// Whether it is of a model that was trained for it, of a scene that comes `with_a_model` or without one.
     pub fn is_of_training(&self, with_a_model: bool) -> bool {
-        self.options.train || self.options.model.is_none() && !with_a_model
+        self.options.train || self.options.model.is_empty() && !with_a_model
     }
 
     /// Refuses a run without some of the seeds, or with another model.
@@ -93,12 +95,14 @@ mod tests {
         assert!(told(&three[1..], true).contains("of 2 seeds, and this run lacks 1 of them"));
         assert!(told(&three, false).contains("another model") && told(&three, false).contains("--replace"));
         assert!(told(&three[..1], false).contains("another model and lacks 1"));
-        assert!(read().is_of("def") && !read().is_of("other"));
+        let of =
+            |models: &[&str]| read().is_of(&models.iter().map(|&model| model.to_owned()).collect::<Vec<_>>());
+        assert!(of(&["def"]) && of(&["other", "def"]) && !of(&["other"]));
         assert!(read().is_of_training(false) && !read().is_of_training(true));
-        manifest.options = serde_json::json!({ "train": true, "model": null });
+        manifest.options = serde_json::json!({ "train": true });
         write(&manifest);
         assert!(read().is_of_training(true));
-        manifest.options = serde_json::json!({ "train": false, "model": "mine" });
+        manifest.options = serde_json::json!({ "train": false, "model": ["mine"] });
         write(&manifest);
         assert!(!read().is_of_training(false));
     }

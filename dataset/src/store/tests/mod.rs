@@ -5,8 +5,10 @@ mod damage;
 mod folder_lock;
 mod hostile;
 mod round_trip;
+mod whole_file;
 
-use super::manifest::{FileRecord, Manifest};
+use super::file_record::FileRecord;
+use super::manifest::Manifest;
 use crate::crop::CROP_BYTES;
 use crate::views::InstanceRecord;
 use crate::*;

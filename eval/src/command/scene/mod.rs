@@ -8,7 +8,7 @@ mod said;
 use super::cli::{RunArgs, StageArgs};
 use super::exit::Exit;
 use crate::error::BenchError;
-use crate::pipeline::{Answer, PANICKED, model_hash};
+use crate::pipeline::{Answer, Naming, PANICKED, model_hash};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
@@ -31,7 +31,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     if !args.replace {
         keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
     }
-    let scored = line(&scene, &args.stages)?;
+    let scored = line(&scene, &args.stages, Naming::Folder)?;
     let progress = Progress::detect();
     let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
     let place = folder.path().to_owned();
@@ -46,12 +46,18 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
 fn keep_fuller(place: &Path, scene: &Path, file: &SceneFile, stages: &StageArgs) -> Result<(), BenchError> {
     let Some(standing) = Standing::read(place) else { return Ok(()) };
     let reference = file.training.reference.as_ref();
-    let committed = || Some(scene.parent().unwrap_or(Path::new("")).join(reference?));
-    let model = if stages.train { None } else { stages.model.clone().or_else(committed) };
-    let same_model = match model {
+    let committed = reference.map(|model| scene.parent().unwrap_or(Path::new("")).join(model));
+    let models = match stages.model.as_slice() {
+        _ if stages.train => Vec::new(),
+        [] => committed.into_iter().collect(),
+        named => named.to_vec(),
+    };
+    let same_model = if models.is_empty() {
+        standing.is_of_training(reference.is_some())
+    } else {
         // Of a folder that holds none the line tells.
-        Some(folder) => model_hash(&folder).is_none_or(|hash| standing.is_of(&hash)),
-        None => standing.is_of_training(reference.is_some()),
+        let hashes: Option<Vec<String>> = models.iter().map(|model| model_hash(model)).collect();
+        hashes.is_none_or(|hashes| standing.is_of(&hashes))
     };
     Ok(standing.allows(place, &seeds(file, stages), same_model)?)
 }

@@ -1,6 +1,6 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
-use super::line::Scored;
+use super::line::{Scored, mean_likelihood};
 use crate::error::BenchError;
 use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::gains::gains_svg;
@@ -9,15 +9,15 @@ use crate::figure::trajectory::{TopView, trajectory_svg};
 use crate::result::folder::ResultFolder;
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
-use crate::result::row_name::{TRUTH, is_learned, row_name};
+use crate::result::row_name::{TRUTH, is_learned};
 use crate::result::table::Table;
 use crate::result::trajectory::Trajectory;
+use crate::scene_file::row::Row;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Detection, Observations, Pose, Seed, Truth};
-use vantage_slam::Row;
 
 /// Crops of an object on the sheet.
 const COLUMNS: usize = 16;
@@ -44,10 +44,12 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
         let Ok(episode) = episode else { continue };
         let observations = read_observations(&episode.folder)?;
         let truth = read_truth(&episode.folder)?;
-        let mut rows: Vec<(&str, Vec<Pose>)> = answers
+        let mut rows: Vec<(&str, Vec<Pose>)> = scored
+            .methods
             .iter()
-            .filter(|answer| !answer.world_from_robot.is_empty())
-            .map(|answer| (row_name(answer.row, scored.semantic_row), answer.world_from_robot.clone()))
+            .zip(answers)
+            .filter(|(_, answer)| !answer.world_from_robot.is_empty())
+            .map(|(name, answer)| (name.as_str(), answer.world_from_robot.clone()))
             .collect();
         for entry in &scored.entries {
             rows.extend(
@@ -67,11 +69,11 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
             }
         }
     }
-    let curve = scored.likelihood();
-    if !curve.is_empty() {
+    let curves = scored.unseen.iter().map(|(model, unseen)| (model.as_str(), mean_likelihood(unseen)));
+    let curves: Vec<_> = curves.filter(|(_, curve)| !curve.is_empty()).collect();
+    if !curves.is_empty() {
         let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
-        let likelihood = likelihood_svg(title, &[(scored.semantic_row, curve)])?;
-        picture("likelihood.svg", likelihood.as_bytes())?;
+        picture("likelihood.svg", likelihood_svg(title, &curves)?.as_bytes())?;
     }
     Ok(written)
 }
@@ -94,11 +96,10 @@ fn title(scene: &str, seed: Seed, compared: Option<usize>) -> String {
 
 /// All paths, but a control that runs where the geometric estimate does.
 fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Vec<Pose>)>) -> Result<String, BenchError> {
-    let path = |row: Row| rows.iter().find(|(name, _)| *name == row.name()).map(|(_, poses)| poses);
-    if let (Some(control), Some(geometric)) = (path(Row::Uninformative), path(Row::Geometric))
-        && alike(control, geometric)
-    {
-        rows.retain(|(name, _)| *name != Row::Uninformative.name());
+    let [control, geometric] = [Row::Uninformative, Row::Geometric].map(|row| row.to_string());
+    let path = |row: &str| rows.iter().find(|(name, _)| *name == row).map(|(_, poses)| poses);
+    if path(&control).zip(path(&geometric)).is_some_and(|(control, geometric)| alike(control, geometric)) {
+        rows.retain(|(name, _)| *name != control);
     }
     let mut estimates = Vec::new();
     for (name, poses) in rows {
@@ -162,8 +163,8 @@ mod tests {
             detections: Vec::new(),
         };
         let drawn = |off: f64| {
-            let rows = vec![(Row::Geometric.name(), path(0.0)), (Row::Uninformative.name(), path(off))];
-            top_view("s", &truth, rows).unwrap().contains(Row::Uninformative.name())
+            let rows = vec![("geometric", path(0.0)), ("uninformative", path(off))];
+            top_view("s", &truth, rows).unwrap().contains("uninformative")
         };
         assert!(!drawn(0.0) && !drawn(0.000_1) && drawn(0.1));
     }

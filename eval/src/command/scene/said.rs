@@ -40,8 +40,9 @@ pub fn say(
     write!(stdout, "{}", places(folder, kinds))?;
     if let Some(table) = named(scored, TRAJECTORIES) {
         let learned = table.methods().iter().filter(|method| is_learned(method));
-        for answer in learned.filter_map(|method| summary_text::answer(table, method)).take(1) {
-            writeln!(stdout, "\n{answer}")?;
+        let answers: Vec<String> = learned.filter_map(|method| summary_text::answer(table, method)).collect();
+        if !answers.is_empty() {
+            writeln!(stdout, "\n{}", answers.join("\n"))?;
         }
     }
     Ok(())
@@ -64,10 +65,11 @@ fn all(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
     for table in &scored.results.tables {
         writeln!(stdout, "{}", table_text::tables(table, style))?;
     }
-    let trials: Vec<ViewpointTrial> =
-        scored.unseen.iter().flat_map(|seed| seed.trials.iter().cloned()).collect();
-    let by_family = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style);
-    writeln!(stdout, "azimuth by family, views of all seeds\n\n{by_family}")?;
+    for (model, unseen) in &scored.unseen {
+        let trials: Vec<ViewpointTrial> = unseen.iter().flat_map(|on| on.trials.iter().cloned()).collect();
+        let by_family = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style);
+        writeln!(stdout, "azimuths by {model}, by family, views of all seeds\n\n{by_family}")?;
+    }
     Ok(())
 }
 
