@@ -23,7 +23,8 @@ pub struct Standing {
 #[serde(default)]
 struct Options {
     train: bool,
-    model: Vec<PathBuf>,
+    /// Folders; null, or a single one, of older results.
+    model: serde_json::Value,
 }
 
 /// A result that a lesser or another one would take the place of.
@@ -54,7 +55,7 @@ impl Standing {
 
     /// Whether it is of a model that was trained for it, of a scene that comes `with_a_model` or without one.
     pub fn is_of_training(&self, with_a_model: bool) -> bool {
-        self.options.train || self.options.model.is_empty() && !with_a_model
+        self.options.train || (self.options.model.is_null() && !with_a_model)
     }
 
     /// Refuses a run without some of the seeds, or with another model.
@@ -99,7 +100,7 @@ mod tests {
             |models: &[&str]| read().is_of(&models.iter().map(|&model| model.to_owned()).collect::<Vec<_>>());
         assert!(of(&["def"]) && of(&["other", "def"]) && !of(&["other"]));
         assert!(read().is_of_training(false) && !read().is_of_training(true));
-        manifest.options = serde_json::json!({ "train": true });
+        manifest.options = serde_json::json!({ "train": true, "model": null });
         write(&manifest);
         assert!(read().is_of_training(true));
         manifest.options = serde_json::json!({ "train": false, "model": ["mine"] });
