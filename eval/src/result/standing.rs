@@ -15,8 +15,7 @@ pub struct Standing {
     model_hash: Option<String>,
     #[serde(default)]
     model_hashes: BTreeMap<String, String>,
-    #[serde(default)]
-    options: Options,
+    options: Option<Options>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -55,7 +54,9 @@ impl Standing {
 
     /// Whether it is of a model that was trained for it, of a scene that comes `with_a_model` or without one.
     pub fn is_of_training(&self, with_a_model: bool) -> bool {
-        self.options.train || (self.options.model.is_null() && !with_a_model)
+        let untold = Options::default();
+        let options = self.options.as_ref().unwrap_or(&untold);
+        options.train || (options.model.is_null() && !with_a_model)
     }
 
     /// Refuses a run without some of the seeds, or with another model.
