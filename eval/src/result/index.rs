@@ -122,7 +122,8 @@ pub fn folders(root: &Path, of: ResultKind) -> Vec<PathBuf> {
 
 /// To a millimetre, zero without sign.
 fn metres(value: f64) -> String {
-    format!("{:.3}", (value * 1000.0).round() / 1000.0 + 0.0)
+    let text = format!("{value:.3}");
+    if text == "-0.000" { "0.000".to_owned() } else { text }
 }
 
 fn with_interval(mean: &Mean) -> String {
