@@ -421,7 +421,7 @@ mod tests {
     fn all_options_are_read_and_wrong_ones_refused() {
         let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
         assert_eq!(run.stages.model, [PathBuf::from("m")]);
-        assert_eq!(run.stages.model, Some("m".into()));
+        assert_eq!(run.stages.model, [PathBuf::from("m")]);
         for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
         {
             assert!(parse(wrong).is_err(), "{wrong}");

@@ -60,6 +60,8 @@ fn bars(panel: &DrawingArea<SVGBackend<'_>, Shift>, title: &str, paired: &Paired
         .y_desc("difference of the ATE [m]")
         .disable_x_mesh()
         .x_labels(0)
+        // Zero without sign.
+        .y_label_formatter(&|difference| format!("{:?}", (difference * 1e6).round() / 1e6 + 0.0))
         .max_light_lines(1)
         .draw()?;
     for (place, (seed, difference)) in sorted.iter().enumerate() {
