@@ -71,7 +71,7 @@ impl BenchError {
             | BenchError::NotViewing { .. }
             | BenchError::ObjectiveNotViewing { .. }
             | BenchError::NothingHeldOut { .. }
-            | BenchError::OtherResults { .. }
+            | BenchError::FullerResult(_)
             | BenchError::NotOurs { .. } => Exit::BadInput,
             BenchError::Model(_)
             | BenchError::Answer(_)
@@ -89,7 +89,9 @@ impl BenchError {
             #[cfg(feature = "rerun")]
             BenchError::Recording { .. } => Exit::CannotWrite,
             BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
-            BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
+            BenchError::NothingSeen { .. }
+            | BenchError::NothingOf { .. }
+            | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
             BenchError::Results(_) => Exit::StoredDataInvalid,
             BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,

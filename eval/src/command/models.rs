@@ -33,7 +33,7 @@ pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         let rows = graphs.iter().map(|(&role, record)| row(&model, folder, role, record));
         let rows = rows.collect::<Result<_, BenchError>>()?;
         let head = ["Graph", "File", "KiB", "Call [ms]", "Inputs", "Outputs"].map(String::from);
-        writeln!(stdout, "\n{}\n", draw(Style::Terminal, &head, rows))?;
+        writeln!(stdout, "\n{}\n", draw(Style::terminal(), &head, rows))?;
     }
     if refusals.is_empty() { Ok(Exit::Success) } else { Err(BenchError::Refused(refusals)) }
 }
