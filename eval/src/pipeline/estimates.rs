@@ -110,7 +110,7 @@ pub fn estimates(
                 Err(reason) => spec.rows.iter().map(|&row| Answer::failed(row, reason.clone())).collect(),
                 Ok(episode) => {
                     let inputs =
-                        Inputs { code: code::ANSWERED, episode: &episode.seal, model: &model.hash, spec };
+                        Inputs { code: code::ESTIMATED, episode: &episode.seal, model: &model.hash, spec };
                     let key = Key::new("estimate", &inputs)?;
                     let entry = super::stored(cache, note, &key, |work| {
                         let json = serde_json::to_vec(&answer(episode, model, spec)?)?;

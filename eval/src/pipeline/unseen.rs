@@ -51,7 +51,7 @@ pub fn unseen(
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
     sets.par_iter()
         .map(|ScoredViews { seed, set, seal }| {
-            let key = Key::new("unseen", &(code::ANSWERED, seal, hash))?;
+            let key = Key::new("unseen", &(code::SCORED, seal, hash))?;
             let entry = super::stored(cache, note, &key, |work| {
                 let json = serde_json::to_vec(&score(*seed, set, subject)?)?;
                 let path = work.join(FILE);
