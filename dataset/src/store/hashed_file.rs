@@ -2,6 +2,7 @@
 
 use super::error::{Fault, StoreError};
 use super::manifest::FileRecord;
+use super::whole_file::{self, open_regular, read_regular, write_atomically};
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
@@ -81,7 +82,7 @@ pub(crate) fn read_verified<T>(
 ) -> Result<T, StoreError> {
     let path = regular_file(folder, name)?;
     let damaged = |got: String, expected: String| StoreError::Damaged { path: path.clone(), got, expected };
-    let file = File::open(&path).map_err(StoreError::read(&path))?;
+    let file = open_regular(&path).map_err(StoreError::read(&path))?;
     let bytes = file.metadata().map_err(StoreError::read(&path))?.len();
     if bytes != record.bytes {
         return Err(damaged(format!("{bytes} bytes"), format!("{} bytes", record.bytes)));
@@ -98,7 +99,7 @@ pub(crate) fn read_verified<T>(
 
 /// Hashes a file that somebody else wrote, and sees it to disk.
 pub(crate) fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
-    let mut source = Hashing::new(File::open(path).map_err(StoreError::read(path))?);
+    let mut source = Hashing::new(open_regular(path).map_err(StoreError::read(path))?);
     let mut buffer = vec![0; BUFFER];
     while source.read(&mut buffer).map_err(StoreError::read(path))? > 0 {}
     source.inner.sync_all().map_err(StoreError::write(path))?;
@@ -139,19 +140,14 @@ pub(crate) fn inside(name: &str) -> Result<(), Fault> {
     plain.then_some(()).ok_or_else(fault)
 }
 
-/// Puts `bytes` at `path` whole or not at all: temporary file, fsync, rename, fsync of the folder.
+/// [`write_atomically`], with the path told where it fails.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let temporary = PathBuf::from(temporary);
-    write_hashed(&temporary, |sink| sink.write_all(bytes))?;
-    fs::rename(&temporary, path).map_err(StoreError::write(path))?;
-    path.parent().map_or(Ok(()), sync_folder)
+    write_atomically(path, bytes).map_err(StoreError::write(path))
 }
 
 /// Makes the names in a folder outlive a power cut.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), StoreError> {
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(StoreError::write(folder))
+    whole_file::sync(folder).map_err(StoreError::write(folder))
 }
 
 /// Makes a folder and its parents.
@@ -169,12 +165,11 @@ pub(crate) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
 
 /// Reads a file of at most `limit` bytes whole.
 pub(super) fn read_small(path: &Path, limit: u64) -> Result<Vec<u8>, StoreError> {
-    let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
-    read.map_err(StoreError::read(path))?;
-    if bytes.len() as u64 > limit {
-        let (got, expected) = (format!("over {limit} bytes"), format!("at most {limit} bytes"));
-        return Err(StoreError::Damaged { path: path.to_owned(), got, expected });
-    }
-    Ok(bytes)
+    read_regular(path, limit).map_err(|source| match source.kind() {
+        ErrorKind::FileTooLarge => {
+            let (got, expected) = (format!("over {limit} bytes"), format!("at most {limit} bytes"));
+            StoreError::Damaged { path: path.to_owned(), got, expected }
+        }
+        _ => StoreError::read(path)(source),
+    })
 }

@@ -24,6 +24,7 @@ mod replaced;
 mod table;
 mod tum;
 mod views;
+mod whole_file;
 
 #[cfg(test)]
 mod tests;
@@ -44,6 +45,7 @@ pub(crate) use pose_fields::to_fields;
 pub use replaced::replace;
 pub use tum::write_tum;
 pub use views::{read_views, write_views};
+pub use whole_file::{open_regular, read_regular, rename_durably, write_atomically};
 
 /// The format this version writes, and the newest it reads; every manifest and every cache key holds it.
 pub const FORMAT: u32 = 1;

@@ -5,6 +5,7 @@ mod damage;
 mod folder_lock;
 mod hostile;
 mod round_trip;
+mod whole_file;
 
 use super::manifest::{FileRecord, Manifest};
 use crate::crop::CROP_BYTES;
