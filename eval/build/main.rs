@@ -8,10 +8,7 @@ use std::process::Command;
 
 /// Each stage's name, and the folders and files, from the workspace's root, whose code can change its result.
 const STAGES: [(&str, &[&str]); 4] = [
-    (
-        "SIMULATED",
-        &["dataset/src", "sim/src", "eval/src/pipeline/episodes.rs", "eval/src/pipeline/views.rs"],
-    ),
+    ("SIMULATED", &["dataset/src", "sim/src", "eval/src/pipeline/episodes.rs", "eval/src/pipeline/views.rs"]),
     (
         "TRAINED",
         &[

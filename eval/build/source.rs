@@ -96,7 +96,9 @@ fn attribute(tokens: &[TokenTree]) -> Option<(Attribute, &[TokenTree])> {
     let inside: Vec<TokenTree> = group.stream().into_iter().collect();
     match inside.as_slice() {
         [TokenTree::Ident(name), ..] if name == "doc" => Some((Attribute::Doc, after)),
-        [TokenTree::Ident(name), TokenTree::Group(of)] if name == "cfg" && of.stream().to_string() == "test" => {
+        [TokenTree::Ident(name), TokenTree::Group(of)]
+            if name == "cfg" && of.stream().to_string() == "test" =>
+        {
             Some((Attribute::Test, after))
         }
         _ => None,

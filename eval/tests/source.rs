@@ -25,7 +25,9 @@ fn comments_documentation_layout_and_test_modules_do_not_count() {
         format!("//! What it is.\n{CODE}"),
         CODE.replace("fn area", "/// Of a square.\n// Why so.\n#[doc(hidden)]\nfn area"),
         CODE.replace("    side * side", "\n\n\tside  /* squared */  *\n side"),
-        format!("{CODE}\n#[cfg(test)]\nmod tests {{\n    use super::*;\n    #[test]\n    fn none() {{}}\n}}\n"),
+        format!(
+            "{CODE}\n#[cfg(test)]\nmod tests {{\n    use super::*;\n    #[test]\n    fn none() {{}}\n}}\n"
+        ),
         format!("{CODE}\n#[cfg(test)]\n#[expect(unused, reason = \"x\")]\npub(crate) mod tests;\n"),
     ];
     for text in same {

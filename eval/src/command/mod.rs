@@ -3,6 +3,7 @@
 mod check;
 pub mod cli;
 mod dataset;
+pub mod error;
 pub mod exit;
 mod figures;
 mod import;
@@ -27,8 +28,8 @@ pub use study::study;
 #[cfg(feature = "train")]
 pub use train::train;
 
-use crate::error::BenchError;
 use crate::scene_file::misfit;
+use error::BenchError;
 use std::path::Path;
 use vantage_sim::error::SimError;
 

@@ -1,8 +1,8 @@
 //! `bench models DIR...`: what model folders hold.
 
 use crate::command::cli::ModelsArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::result::grid::{Style, draw};
 use std::io::Write;
 use std::path::Path;

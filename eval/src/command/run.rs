@@ -2,7 +2,7 @@
 
 use super::cli::{Cli, Command};
 use super::exit::Exit;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;
 

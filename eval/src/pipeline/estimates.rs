@@ -1,7 +1,6 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
-use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, code};
-use crate::error::BenchError;
+use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
 use crate::result::output_folder::OutputError;
 use crate::result::table::Outcome;
 use crate::score::object::ObjectEstimate;
@@ -99,7 +98,7 @@ pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     model: &LoadedModel,
-) -> Result<Vec<SeedAnswers>, BenchError> {
+) -> Result<Vec<(Seed, Vec<Answer>)>, StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
@@ -119,12 +118,12 @@ pub fn estimates(
                         Ok(())
                     })?;
                     let path = entry.folder.join(FILE);
-                    let json = std::fs::read(&path).map_err(|source| BenchError::StoredAnswers {
+                    let json = std::fs::read(&path).map_err(|source| StageError::StoredAnswers {
                         path: path.clone(),
                         reason: source.to_string(),
                     })?;
                     serde_json::from_slice(&json)
-                        .map_err(|source| BenchError::StoredAnswers { path, reason: source.to_string() })?
+                        .map_err(|source| StageError::StoredAnswers { path, reason: source.to_string() })?
                 }
             };
             stage.advance(1);
@@ -141,7 +140,7 @@ fn answer(
     episode: &EpisodeFolder,
     model: &LoadedModel,
     spec: &EstimatorSpec,
-) -> Result<Vec<Answer>, BenchError> {
+) -> Result<Vec<Answer>, StageError> {
     let observations = read_observations(&episode.folder)?;
     spec.rows
         .iter()

@@ -5,8 +5,10 @@
 
 mod code;
 mod episodes;
+mod error;
 mod estimates;
 mod model;
+mod model_error;
 mod observation_model;
 #[cfg(feature = "train")]
 mod study;
@@ -18,8 +20,10 @@ mod views;
 
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
-pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
+pub use error::StageError;
+pub use estimates::{Answer, PANICKED, estimates};
 pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model};
+pub use model_error::ModelRefusal;
 pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use study::{
@@ -32,7 +36,6 @@ pub use unseen::{ScoredViews, imported_views, test_views, unseen};
 pub use vantage_sim::render::choice::RendererChoice;
 pub use views::{VIEW_CONDITIONS, views};
 
-use crate::error::BenchError;
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
 use std::cell::RefCell;
@@ -66,7 +69,7 @@ pub struct Pipeline {
 
 impl Pipeline {
     /// Reads and checks the scene, and opens the cache and the renderer.
-    pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, BenchError> {
+    pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, StageError> {
         let file: SceneFile = scene_file::read(path)?;
         let scene = file.checked(path)?;
         let progress = Progress::detect();
@@ -97,8 +100,8 @@ impl Pipeline {
     fn stored(
         &self,
         key: &Key,
-        build: impl FnOnce(&Path) -> Result<(), BenchError>,
-    ) -> Result<Entry, BenchError> {
+        build: impl FnOnce(&Path) -> Result<(), StageError>,
+    ) -> Result<Entry, StageError> {
         stored(&self.cache, &self.progress, key, build)
     }
 }
@@ -108,8 +111,8 @@ fn stored(
     cache: &Cache,
     progress: &Progress,
     key: &Key,
-    build: impl FnOnce(&Path) -> Result<(), BenchError>,
-) -> Result<Entry, BenchError> {
+    build: impl FnOnce(&Path) -> Result<(), StageError>,
+) -> Result<Entry, StageError> {
     let entry = cache.get_or_build(key, build)?;
     if let Origin::Rebuilt { damage, quarantined } = &entry.origin {
         progress.note(&format!(

@@ -1,7 +1,6 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Pipeline, SeedAnswers, SeedEpisode};
-use crate::error::BenchError;
+use super::{Answer, LoadedModel, Pipeline, SeedEpisode, StageError};
 use crate::result::row_name::{row_name, semantic_row};
 use crate::result::table::{Outcome, Run, Table};
 use crate::score::embedding::Scores;
@@ -32,7 +31,7 @@ pub fn tables(
     answers: &[SeedAnswers],
     unseen: &[Unseen],
     model: &LoadedModel,
-) -> Result<Tables, BenchError> {
+) -> Result<Tables, StageError> {
     let rows = &pipeline.file.estimator.rows;
     let manifest = model.model.inner().manifest();
     let semantic = semantic_row(manifest);
@@ -78,7 +77,7 @@ pub fn tables(
 
 /// The scores of an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as
 /// a viewpoint-predictive one.
-fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Scores, BenchError> {
+fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Scores, StageError> {
     let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) else {
         return Ok(Scores::new());
     };
@@ -95,7 +94,7 @@ fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Score
 }
 
 /// An entry on a seed.
-fn entered(entry: &Entry, seed: Seed, timestamps: &[f64], truth: &Truth) -> Result<Run, BenchError> {
+fn entered(entry: &Entry, seed: Seed, timestamps: &[f64], truth: &Truth) -> Result<Run, StageError> {
     let poses = match entry.run(seed, timestamps) {
         Ok(poses) => poses,
         Err(reason) => return Ok(failed(entry, seed, reason)),

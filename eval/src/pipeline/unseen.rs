@@ -1,7 +1,6 @@
 //! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
 
-use super::{Pipeline, code, views};
-use crate::error::BenchError;
+use super::{Pipeline, StageError, code, views};
 use crate::result::output_folder::OutputError;
 use crate::score::unseen::{Subject, Unseen, score};
 use rayon::prelude::*;
@@ -22,7 +21,7 @@ pub struct ScoredViews {
 }
 
 /// The test views of all seeds. Each seed has instances of its own.
-pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews>, BenchError> {
+pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews>, StageError> {
     let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
     let of_seed = |&seed: &Seed| {
         let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
@@ -33,9 +32,9 @@ pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews
 }
 
 /// A stored view set, to be scored.
-pub fn imported_views(folder: &Path) -> Result<ScoredViews, BenchError> {
+pub fn imported_views(folder: &Path) -> Result<ScoredViews, StageError> {
     if !folder.is_dir() {
-        return Err(BenchError::NoFolder { folder: folder.to_owned() });
+        return Err(StageError::NoViews { folder: folder.to_owned() });
     }
     Ok(ScoredViews { seed: Seed(0), set: read_views(folder)?, seal: read_manifest(folder)?.seal })
 }
@@ -46,7 +45,7 @@ pub fn unseen(
     sets: &[ScoredViews],
     subject: Subject<'_>,
     hash: &str,
-) -> Result<Vec<Unseen>, BenchError> {
+) -> Result<Vec<Unseen>, StageError> {
     let stage = pipeline.progress.stage("unseen instances", sets.len() as u64);
     let (cache, note) = (&pipeline.cache, &pipeline.progress);
     sets.par_iter()
@@ -59,7 +58,7 @@ pub fn unseen(
                 Ok(())
             })?;
             let path = entry.folder.join(FILE);
-            let invalid = |reason: String| BenchError::StoredAnswers { path: path.clone(), reason };
+            let invalid = |reason: String| StageError::StoredAnswers { path: path.clone(), reason };
             let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
             stage.advance(1);
             serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))

@@ -1,6 +1,6 @@
 //! The folder of one scene's or study's results: whose it is, and which of its files an earlier run left.
 
-use crate::error::BenchError;
+use super::error::SaveError;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
 use crate::result::manifest::{FILE_NAME, Manifest};
@@ -43,10 +43,10 @@ impl Before {
     }
 
     /// Refuses to write results of something else over these.
-    fn require(&self, folder: &Path, of: ResultKind) -> Result<(), BenchError> {
+    fn require(&self, folder: &Path, of: ResultKind) -> Result<(), SaveError> {
         match self.of() {
             Some(other) if other != of => {
-                Err(BenchError::OtherResults { folder: folder.to_owned(), of: other })
+                Err(SaveError::OtherResults { folder: folder.to_owned(), of: other })
             }
             _ => Ok(()),
         }
@@ -65,7 +65,7 @@ pub struct ResultFolder {
 
 impl ResultFolder {
     /// Refuses the place below `out` where results of something else lie that has the same name.
-    pub fn check(out: &OutputFolder, name: &str, of: ResultKind) -> Result<(), BenchError> {
+    pub fn check(out: &OutputFolder, name: &str, of: ResultKind) -> Result<(), SaveError> {
         let folder = out.path().join(name);
         Before::read(&folder).require(&folder, of)
     }
@@ -76,7 +76,7 @@ impl ResultFolder {
         name: &str,
         of: ResultKind,
         progress: &Progress,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, SaveError> {
         Self::check(out, name, of)?;
         let folder = OutputFolder::probe(&out.path().join(name))?;
         let lock = folder.lock(progress)?;
@@ -100,13 +100,13 @@ impl ResultFolder {
     }
 
     /// Writes a trajectory as a TUM file.
-    pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), BenchError> {
+    pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), SaveError> {
         self.written.borrow_mut().insert(name.to_owned());
         Ok(self.folder.write_trajectory(name, trajectory)?)
     }
 
     /// Removes what is not of these results, and writes the manifest, which names all files.
-    pub fn finish(self, manifest: &Manifest) -> Result<(), BenchError> {
+    pub fn finish(self, manifest: &Manifest) -> Result<(), SaveError> {
         let written = self.written.into_inner();
         let stale = self.before.files.difference(&written);
         stale.for_each(|name| remove(self.folder.path(), name));
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use vantage_dataset::Seed;
 
-    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), BenchError> {
+    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), SaveError> {
         let folder = ResultFolder::open(out, "mine", of, &Progress::detect())?;
         files.iter().try_for_each(|name| folder.write(name, b"new"))?;
         folder.finish(&Manifest::new("abc", &[Seed(0)]))

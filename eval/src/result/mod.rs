@@ -1,6 +1,7 @@
 //! Results: numbers with their origin, and the files that hold them.
 
 pub mod distribution;
+pub mod error;
 pub mod folder;
 pub mod grid;
 pub mod kind;

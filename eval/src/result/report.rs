@@ -1,6 +1,6 @@
 //! The files of a finished run: results, tables, rows, manifest.
 
-use crate::error::BenchError;
+use super::error::SaveError;
 use crate::result::folder::ResultFolder;
 use crate::result::grid::Style;
 use crate::result::manifest::Manifest;
@@ -19,7 +19,7 @@ pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) ->
 }
 
 /// Writes `results.json`, `tables.md` and `<table>.csv`, and, last, `manifest.json`.
-pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), BenchError> {
+pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), SaveError> {
     for table in &results.tables {
         folder.write(&format!("{}.csv", table.name()), &csv(table)?)?;
     }

@@ -2,7 +2,7 @@
 
 use super::record::Record;
 use crate::command::cli::StageArgs;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::pipeline::{
     LoadedModel, Pipeline, SeedAnswers, SeedEpisode, chosen_model, episodes, estimates, model, tables,
     test_views, unseen,

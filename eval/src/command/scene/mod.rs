@@ -1,12 +1,13 @@
 //! `bench SCENE`: the whole line, from a scene file to tables and pictures.
 
+pub mod error;
 pub mod line;
 mod pictures;
 mod record;
 
 use super::cli::RunArgs;
 use super::exit::Exit;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::pipeline::{Answer, PANICKED};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -21,6 +22,7 @@ use crate::score::trajectory_scores::TRAJECTORIES;
 use crate::score::unseen::Unseen;
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
 use crate::score::viewpoint_table::viewpoint_table;
+use error::RunError;
 use line::{Scored, line};
 use std::io::Write;
 
@@ -45,16 +47,16 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
-        return if any { Ok(Exit::Success) } else { Err(BenchError::NothingSeen { scene }) };
+        return if any { Ok(Exit::Success) } else { Err(RunError::NothingSeen { scene }.into()) };
     }
     if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
-        return Err(BenchError::Panicked { scene });
+        return Err(RunError::Panicked { scene }.into());
     }
     if scored.answers.iter().all(|(_, rows)| rows.iter().all(|answer| answer.world_from_robot.is_empty())) {
-        return Err(BenchError::NothingAnswered { scene });
+        return Err(RunError::NothingAnswered { scene }.into());
     }
     if scored.detections == 0 {
-        return Err(BenchError::NothingSeen { scene });
+        return Err(RunError::NothingSeen { scene }.into());
     }
     Ok(Exit::Success)
 }

@@ -1,7 +1,7 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
 use super::line::Scored;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::figure::contact_sheet::contact_sheet_png;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::trajectory::{TopView, trajectory_svg};

@@ -1,7 +1,7 @@
 //! The manifest of a run, written while it runs: what it was asked, how long each stage took, what it was made of.
 
 use crate::command::cli::StageArgs;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::pipeline::{LoadedModel, Pipeline, ScoredViews, SeedEpisode, caveat};
 use crate::result::manifest::{Manifest, Renderer};
 use crate::score::entry::Entry;
