@@ -4,6 +4,7 @@ use super::dataset::error::DatasetError;
 use super::import::error::ImportRefusal;
 use super::look::error::LookError;
 use super::scene::error::RunError;
+use super::validation::error::ValidationError;
 use crate::figure::FigureError;
 #[cfg(feature = "rerun")]
 use crate::figure::recording::RecordingError;
@@ -83,6 +84,9 @@ pub enum BenchError {
     #[cfg(feature = "rerun")]
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// See [`ValidationError`].
+    #[error(transparent)]
+    Validation(#[from] ValidationError),
     /// See [`VariantError`].
     #[error(transparent)]
     Variant(#[from] VariantError),

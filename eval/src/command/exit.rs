@@ -3,6 +3,7 @@
 use super::error::BenchError;
 use super::look::error::LookError;
 use super::scene::error::RunError;
+use super::validation::error::ValidationError;
 #[cfg(feature = "rerun")]
 use crate::figure::recording::RecordingError;
 use crate::gate::GateError;
@@ -60,6 +61,7 @@ impl BenchError {
             | Self::Dataset(_)
             | Self::ImportRefused(_)
             | Self::Look(LookError::NoPicture { .. })
+            | Self::Validation(ValidationError::Undriven { .. })
             | Self::NoFolder { .. }
             | Self::NotOurs { .. }
             | Self::Results(ResultsError::Missing { .. })
@@ -70,6 +72,7 @@ impl BenchError {
             #[cfg(not(feature = "rerun"))]
             Self::Look(LookError::CannotRecord) => Exit::MissingCapability,
             Self::Run(RunError::NothingSeen { .. } | RunError::NothingAnswered { .. })
+            | Self::Validation(ValidationError::NothingSeen { .. })
             | Self::Gate(GateError::Nothing) => Exit::NothingEvaluated,
             Self::Import(_) | Self::Model(_) | Self::Results(_) => Exit::StoredDataInvalid,
             Self::Output(_) | Self::Stdout(_) => Exit::CannotWrite,
@@ -98,6 +101,7 @@ fn of_stage(error: &StageError) -> Exit {
         #[cfg(not(feature = "train"))]
         StageError::Refused(ModelRefusal::CannotTrain) => Exit::MissingCapability,
         StageError::Scene(_)
+        | StageError::Variant(_)
         | StageError::Refused(_)
         | StageError::NoViews { .. }
         | StageError::NothingHeldOut { .. } => Exit::BadInput,

@@ -15,6 +15,7 @@ mod scene;
 mod study;
 #[cfg(feature = "train")]
 mod train;
+mod validation;
 
 pub use check::check;
 pub use dataset::dataset;
@@ -27,6 +28,7 @@ pub use scene::bench;
 pub use study::study;
 #[cfg(feature = "train")]
 pub use train::train;
+pub use validation::{calibrate, headroom};
 
 use crate::scene_file::misfit;
 use error::BenchError;

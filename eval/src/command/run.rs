@@ -10,9 +10,11 @@ use std::io::Write;
 pub fn run(cli: &Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     match &cli.command {
         None => super::bench(&cli.run, stdout),
+        Some(Command::Calibrate(args)) => super::calibrate(args, stdout),
         Some(Command::Check(args)) => super::check(args, stdout),
         Some(Command::Dataset(args)) => super::dataset(args, stdout),
         Some(Command::Figures(args)) => super::figures(args, stdout),
+        Some(Command::Headroom(args)) => super::headroom(args, stdout),
         Some(Command::Import(args)) => super::import(args, stdout),
         Some(Command::Look(args)) => super::look(args, stdout),
         Some(Command::Models(args)) => super::models(args, stdout),

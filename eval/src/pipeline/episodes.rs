@@ -84,7 +84,7 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
         split,
         renderer: &pipeline.renderer_info,
     };
-    let entry = pipeline.stored(&Key::new("episode", &inputs)?, |folder| {
+    let entry = pipeline.cache.entry(&Key::new("episode", &inputs)?, |folder| {
         let mut renderer = pipeline.renderer.borrow_mut();
         let episode = simulate(scene, seed, split, renderer.as_mut(), &mut |_| {})?;
         let provenance = BTreeMap::from([

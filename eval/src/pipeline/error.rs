@@ -4,6 +4,7 @@ use super::model_error::ModelRefusal;
 use crate::result::output_folder::OutputError;
 use crate::result::table::TableError;
 use crate::scene_file::SceneFileError;
+use crate::scene_file::study::VariantError;
 use crate::score::pairs::PairsError;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -57,6 +58,9 @@ pub enum StageError {
         /// What is wrong.
         reason: String,
     },
+    /// See [`VariantError`].
+    #[error(transparent)]
+    Variant(#[from] VariantError),
     /// A study of known instances whose sessions are too short.
     #[error(
         "scored: known holds out every fourth view of a session, but of instance {instance} no session has four: raise \

@@ -1,7 +1,6 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
-use crate::result::output_folder::OutputError;
 use crate::result::table::Outcome;
 use crate::score::object::ObjectEstimate;
 use nalgebra::{Point3, UnitQuaternion};
@@ -98,10 +97,10 @@ pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     model: &LoadedModel,
-) -> Result<Vec<(Seed, Vec<Answer>)>, StageError> {
+) -> Result<Vec<SeedAnswers>, StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
-    let (cache, note) = (&pipeline.cache, &pipeline.progress);
+    let cache = &pipeline.cache;
     episodes
         .par_iter()
         .map(|(seed, episode)| {
@@ -111,19 +110,7 @@ pub fn estimates(
                     let inputs =
                         Inputs { code: code::ESTIMATED, episode: &episode.seal, model: &model.hash, spec };
                     let key = Key::new("estimate", &inputs)?;
-                    let entry = super::stored(cache, note, &key, |work| {
-                        let json = serde_json::to_vec(&answer(episode, model, spec)?)?;
-                        let path = work.join(FILE);
-                        std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
-                        Ok(())
-                    })?;
-                    let path = entry.folder.join(FILE);
-                    let json = std::fs::read(&path).map_err(|source| StageError::StoredAnswers {
-                        path: path.clone(),
-                        reason: source.to_string(),
-                    })?;
-                    serde_json::from_slice(&json)
-                        .map_err(|source| StageError::StoredAnswers { path, reason: source.to_string() })?
+                    cache.json(&key, FILE, || answer(episode, model, spec))?
                 }
             };
             stage.advance(1);

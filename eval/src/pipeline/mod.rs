@@ -10,6 +10,7 @@ mod estimates;
 mod model;
 mod model_error;
 mod observation_model;
+mod stage_cache;
 #[cfg(feature = "train")]
 mod study;
 mod tables;
@@ -21,7 +22,7 @@ mod views;
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use error::StageError;
-pub use estimates::{Answer, PANICKED, estimates};
+pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
 pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model};
 pub use model_error::ModelRefusal;
 pub use observation_model::TractModel;
@@ -38,16 +39,12 @@ pub use views::{VIEW_CONDITIONS, views};
 
 use crate::progress::Progress;
 use crate::scene_file::{self, SceneFile};
+use stage_cache::StageCache;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
-use vantage_dataset::store::{Cache, Entry, Key, Origin};
 use vantage_sim::render::choice::{Opened, open};
 use vantage_sim::render::{Renderer, RendererInfo};
 use vantage_sim::scene::CheckedScene;
-
-/// Work of a killed run that nobody took up is removed after this time.
-const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 24 * 3600);
 
 /// A scene on its way through the stages.
 pub struct Pipeline {
@@ -64,7 +61,7 @@ pub struct Pipeline {
     /// Where progress is shown.
     pub progress: Progress,
     renderer: RefCell<Box<dyn Renderer>>,
-    cache: Cache,
+    cache: StageCache,
 }
 
 impl Pipeline {
@@ -77,9 +74,7 @@ impl Pipeline {
         if let Some(notice) = notice {
             progress.note(&notice);
         }
-        let waiting = progress.clone();
-        let cache = Cache::open(cache)?.on_wait(move |holder| waiting.note(&holder.to_string()));
-        cache.remove_abandoned_work(ABANDONED_AFTER)?;
+        let cache = StageCache::open(cache, &progress)?;
         Ok(Self {
             scene_hash: scene_file::hash(&file)?,
             folder: path.parent().unwrap_or(Path::new(".")).to_owned(),
@@ -96,30 +91,4 @@ impl Pipeline {
     pub fn drives(&self) -> bool {
         !self.file.robot.path.stations()
     }
-
-    fn stored(
-        &self,
-        key: &Key,
-        build: impl FnOnce(&Path) -> Result<(), StageError>,
-    ) -> Result<Entry, StageError> {
-        stored(&self.cache, &self.progress, key, build)
-    }
-}
-
-/// The entry of a key, built where the cache has none; a damaged one is set aside and told of.
-fn stored(
-    cache: &Cache,
-    progress: &Progress,
-    key: &Key,
-    build: impl FnOnce(&Path) -> Result<(), StageError>,
-) -> Result<Entry, StageError> {
-    let entry = cache.get_or_build(key, build)?;
-    if let Origin::Rebuilt { damage, quarantined } = &entry.origin {
-        progress.note(&format!(
-            "warning: the cached {} was damaged ({damage}); it was moved to {} and made anew",
-            key.stage(),
-            quarantined.display()
-        ));
-    }
-    Ok(entry)
 }

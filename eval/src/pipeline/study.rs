@@ -133,7 +133,7 @@ pub fn variant_models(
         .map(|seed| {
             let seed = Seed(seed);
             let key = Key::new("study_model", &(code::TRAINED, &conditions, seed, &spec))?;
-            let stored = pipeline.stored(&key, |work| {
+            let stored = pipeline.cache.entry(&key, |work| {
                 if work.join(MANIFEST).exists() {
                     return Ok(());
                 }

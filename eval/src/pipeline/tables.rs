@@ -1,6 +1,6 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Pipeline, SeedEpisode, StageError};
+use super::{Answer, LoadedModel, Pipeline, SeedAnswers, SeedEpisode, StageError};
 use crate::result::row_name::{row_name, semantic_row};
 use crate::result::table::{Outcome, Run, Table};
 use crate::score::embedding::Scores;

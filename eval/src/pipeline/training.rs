@@ -15,7 +15,7 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, StageError> {
     let conditions = pipeline.scene.view_conditions();
     let training = &pipeline.file.training;
     let inputs = (code::TRAINED, &conditions, training.seed, &training.model, &pipeline.renderer_info);
-    let entry = pipeline.stored(&Key::new("model", &inputs)?, |work| {
+    let entry = pipeline.cache.entry(&Key::new("model", &inputs)?, |work| {
         // A run that was killed between the last file and the commit has left a whole model.
         if work.join(MANIFEST).exists() {
             return Ok(());

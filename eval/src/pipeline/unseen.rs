@@ -1,7 +1,6 @@
 //! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
 
 use super::{Pipeline, StageError, code, views};
-use crate::result::output_folder::OutputError;
 use crate::score::unseen::{Subject, Unseen, score};
 use rayon::prelude::*;
 use std::path::Path;
@@ -47,21 +46,13 @@ pub fn unseen(
     hash: &str,
 ) -> Result<Vec<Unseen>, StageError> {
     let stage = pipeline.progress.stage("unseen instances", sets.len() as u64);
-    let (cache, note) = (&pipeline.cache, &pipeline.progress);
+    let cache = &pipeline.cache;
     sets.par_iter()
         .map(|ScoredViews { seed, set, seal }| {
             let key = Key::new("unseen", &(code::SCORED, seal, hash))?;
-            let entry = super::stored(cache, note, &key, |work| {
-                let json = serde_json::to_vec(&score(*seed, set, subject)?)?;
-                let path = work.join(FILE);
-                std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
-                Ok(())
-            })?;
-            let path = entry.folder.join(FILE);
-            let invalid = |reason: String| StageError::StoredAnswers { path: path.clone(), reason };
-            let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
+            let found = cache.json(&key, FILE, || Ok(score(*seed, set, subject)?))?;
             stage.advance(1);
-            serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))
+            Ok(found)
         })
         .collect()
 }

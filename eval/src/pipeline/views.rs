@@ -40,7 +40,7 @@ pub fn views(
         seed,
         renderer: &pipeline.renderer_info,
     };
-    let entry = pipeline.stored(&Key::new("views", &inputs)?, |folder| {
+    let entry = pipeline.cache.entry(&Key::new("views", &inputs)?, |folder| {
         let mut done = 0;
         let set = training_views(
             &conditions,

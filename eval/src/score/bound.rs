@@ -2,14 +2,20 @@
 
 use vantage_learn::LatentGaussian;
 
+/// That part of [`student_t_log_density`] which depends on the residual.
+pub fn student_t_log_kernel(squared: f64, d: usize, nu: f64) -> f64 {
+    -0.5 * (nu + d as f64) * libm::log1p(squared / nu)
+}
+
 /// `log p(r)` of a Student t with `nu` degrees of freedom, location 0 and scale matrix `(R^T R)^-1`, `R` of size `d`.
 ///
 /// `squared` is `|R r|^2`, and `log_det` is `log |R|`.
 pub fn student_t_log_density(squared: f64, d: usize, nu: f64, log_det: f64) -> f64 {
+    let kernel = student_t_log_kernel(squared, d, nu);
     let d = d as f64;
     libm::lgamma((nu + d) / 2.0) - libm::lgamma(nu / 2.0) - 0.5 * d * libm::log(nu * std::f64::consts::PI)
         + log_det
-        - 0.5 * (nu + d) * libm::log1p(squared / nu)
+        + kernel
 }
 
 /// `KL(q || N(0, I))`.

@@ -1,6 +1,6 @@
 //! `log p(m(z) | e, x_rel)` of one crop, over viewpoints.
 
-use super::bound::student_t_log_density;
+use super::bound::{student_t_log_density, student_t_log_kernel};
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Crop, Viewpoint};
 use vantage_learn::{ModelError, Viewing};
@@ -24,7 +24,7 @@ impl<'a> Likelihood<'a> {
     pub fn at(&self, viewpoint: &Viewpoint) -> Option<f64> {
         let squared = self.whitened_residual(viewpoint)?.norm_squared();
         let nu = self.model.noise().degrees_of_freedom;
-        Some(-0.5 * (nu + self.measured.len() as f64) * libm::log1p(squared / nu))
+        Some(student_t_log_kernel(squared, self.measured.len(), nu))
     }
 
     /// `log p(m(z) | e, x)` at a viewpoint, nats.

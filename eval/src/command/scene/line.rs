@@ -4,8 +4,8 @@ use super::record::Record;
 use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
 use crate::pipeline::{
-    LoadedModel, Pipeline, SeedAnswers, SeedEpisode, chosen_model, episodes, estimates, model, tables,
-    test_views, unseen,
+    LoadedModel, Pipeline, SeedAnswers, SeedEpisode, StageError, chosen_model, episodes, estimates, model,
+    tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
@@ -29,7 +29,7 @@ pub fn line(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
     let model = record.timed("model", || {
         let model = model(&pipeline, chosen.as_deref())?;
         views.iter().try_for_each(|views| model.check_set(&views.set))?;
-        Ok(model)
+        Ok::<_, StageError>(model)
     })?;
     let (episodes, answers) = drive(&pipeline, &seeds, &model, &mut record)?;
     let viewing = model.model.viewing();

@@ -22,11 +22,7 @@ impl Record {
     }
 
     /// Runs a stage, and notes how long it took.
-    pub fn timed<T>(
-        &mut self,
-        stage: &str,
-        run: impl FnOnce() -> Result<T, BenchError>,
-    ) -> Result<T, BenchError> {
+    pub fn timed<T, E>(&mut self, stage: &str, run: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let start = Instant::now();
         let made = run()?;
         self.0.took(stage, start.elapsed());
