@@ -1,6 +1,7 @@
 //! Object instances: their identity, split and symmetry.
 
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Which part of the work may see an instance. Instances of different splits are never the same object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -38,14 +39,24 @@ impl InstanceId {
     ///
     /// BigBIRD and Active Vision name their objects alike, so that an object of both has one id.
     pub fn of_name(name: &str) -> Self {
-        let digits = name.rsplit_once('_').map(|(_, digits)| digits);
-        let written = digits.filter(|digits| digits.len() == 16 && !digits.starts_with('+'));
-        if let Some(id) = written.and_then(|digits| u64::from_str_radix(digits, 16).ok()) {
-            return Self(id);
+        if let Some(id) = name.rsplit_once('_').and_then(|(_, digits)| Self::parse(digits)) {
+            return id;
         }
         let mut bytes = [0; 8];
         bytes.copy_from_slice(&blake3::hash(name.as_bytes()).as_bytes()[..8]);
         Self(u64::from_le_bytes(bytes))
+    }
+
+    /// The id of 16 hexadecimal digits, as it is shown; none of anything else.
+    pub fn parse(text: &str) -> Option<Self> {
+        let digits = text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        digits.then(|| u64::from_str_radix(text, 16).ok().map(Self))?
+    }
+}
+
+impl fmt::Display for InstanceId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.0)
     }
 }
 
@@ -82,6 +93,17 @@ impl Symmetry {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
+
+    #[test]
+    fn an_id_reads_back_as_it_is_shown() {
+        for id in [InstanceId(0), InstanceId(0x0123_4567_89ab_cdef), InstanceId(u64::MAX)] {
+            assert_eq!(InstanceId::parse(&id.to_string()), Some(id));
+            assert_eq!(InstanceId::of_name(&format!("toy_mug_{id}")), id);
+        }
+        for text in ["", "0", "+123456789abcdef", "0123456789abcdef0", "0123456789abcdeg"] {
+            assert_eq!(InstanceId::parse(text), None, "{text}");
+        }
+    }
 
     #[test]
     fn azimuth_distance_wraps_at_the_symmetry() {

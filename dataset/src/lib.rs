@@ -1,8 +1,22 @@
 //! The shared record of Vantage: what a robot observed, and what was true.
 //!
-//! An [`Episode`] splits by type into [`Observations`] (odometry `U`, geometric and semantic measurements
-//! `Z^g`, `Z^s` of Eq. 1) and [`Truth`]. The estimator's crate takes [`Observations`] only, so that ground
-//! truth cannot reach an estimate.
+//! ```text
+//! P(X, L, O, E | H),   H_k = { U_0 .. U_{k-1}, Z_0 .. Z_k },   Z_k = { Z^g_k, Z^s_k }      (Eq. 1, 6)
+//! ```
+//!
+//! An [`Episode`] splits by type into [`Observations`], which is `H`, and [`Truth`], which is `X`, `L` and `O`. The
+//! estimator's crate takes [`Observations`] only, so that ground truth cannot reach an estimate.
+//!
+//! | module | what it holds | equation |
+//! |---|---|---|
+//! | [`episode`] | odometry `U`, detections and landmarks `Z^g`, crops `Z^s`; the truth of each | 1 |
+//! | [`camera`], [`crop`], [`mask`], [`window`] | pinhole camera; 32 x 32 crops and how they are cut | 6 |
+//! | [`viewpoint`] | the allocentric viewpoint `x_rel` and its derivative | 10 |
+//! | [`sighting`], [`ray`] | viewpoints by odometry and boxes alone; where lines of sight meet | 16-19 |
+//! | [`instance`], [`views`], [`episode_views`] | instances, their splits and symmetries; sets of views to train on | 12-14 |
+//! | [`sample`], [`capture`] | labelled crops and whole images, for formats of others | |
+//! | [`se3`], [`median`], [`seed`], [`widest`] | SE(3); medians; named random streams; vector instructions | |
+//! | [`store`] | episodes and view sets on disk; the cache of stages | |
 //!
 //! Units are SI and radians, `f64` for geometry and `u8`/`f32` for images. The world is z-up; cameras follow
 //! OpenCV (x right, y down, z forward, pixel centres at +0.5). SE(3) tangents are rotation first, and
@@ -14,9 +28,10 @@ pub mod crop;
 pub mod episode;
 pub mod episode_views;
 pub mod instance;
-pub mod layout;
+pub mod jpeg;
 pub mod mask;
-pub mod memory;
+pub mod median;
+pub mod ray;
 pub mod sample;
 pub mod se3;
 pub mod seed;

@@ -1,5 +1,6 @@
 //! Labelled crops, one by one: what crop formats for training are written from.
 
+use crate::camera::Camera;
 use crate::crop::Crop;
 use crate::episode::{BoundingBox, Episode};
 use crate::instance::{InstanceId, Split};
@@ -13,6 +14,8 @@ pub struct Sample {
     pub episode: u64,
     /// Step of the episode.
     pub step: usize,
+    /// Seconds since the episode's start.
+    pub timestamp: f64,
     /// Index of the object in its episode.
     pub track: usize,
     /// Which object.
@@ -25,6 +28,8 @@ pub struct Sample {
     pub bounding_box: BoundingBox,
     /// Visible share of the silhouette, in `[0, 1]`.
     pub visible_fraction: f64,
+    /// Intrinsics of the image that the box is in.
+    pub camera: Camera,
     /// Where the camera was.
     pub world_from_camera: Pose,
     /// The camera in the object's frame.
@@ -48,12 +53,14 @@ impl Episode {
             Some(Sample {
                 episode: observed.seed.0,
                 step: detection.step,
+                timestamp: observed.timestamps[detection.step],
                 track: detection.track,
                 instance: object.instance,
                 family: object.family.clone(),
                 split,
                 bounding_box: detection.bounding_box,
                 visible_fraction: seen.visible_fraction,
+                camera: observed.camera,
                 world_from_camera,
                 object_from_camera,
                 viewpoint: Viewpoint::new(&object_from_camera, object.size),

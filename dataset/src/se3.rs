@@ -15,6 +15,11 @@ pub fn hat(v: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
+/// Whether all numbers of a pose are finite.
+pub fn is_finite(pose: &Pose) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|number| number.is_finite())
+}
+
 /// The exponential of SO(3).
 pub fn so3_exp(omega: &Vector3<f64>) -> UnitQuaternion<f64> {
     let theta_squared = omega.norm_squared();
@@ -108,6 +113,17 @@ mod tests {
             }
         }
         all
+    }
+
+    #[test]
+    fn one_stray_number_makes_a_pose_infinite() {
+        assert!(is_finite(&Pose::identity()));
+        for stray in [f64::NAN, f64::INFINITY] {
+            let mut pose = Pose::identity();
+            pose.rotation.as_mut_unchecked().coords.y = stray;
+            assert!(!is_finite(&pose));
+            assert!(!is_finite(&Pose::translation(0.0, stray, 0.0)));
+        }
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! What a robot without ground truth knows of a view: odometry and a box (Eq. 16-19).
 
+use crate::median::upper_median;
+use crate::ray::{Meeting, Ray};
 use crate::se3::Pose;
 use crate::viewpoint::Viewpoint;
-use nalgebra::{Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 
 /// An object's diameter over the longer side of its box at the object's distance, fitted on validation instances.
 pub const DIAMETER_PER_BOX: f64 = 1.1;
@@ -24,9 +26,11 @@ pub struct Sighting {
 }
 
 impl Sighting {
-    /// Unit vector from the camera to the box's centre, session frame.
-    fn direction(&self) -> Vector3<f64> {
-        self.session_from_camera.rotation * Vector3::new(self.ray[0], self.ray[1], 1.0).normalize()
+    /// The line of sight to the box's centre, session frame.
+    fn line(&self) -> Ray {
+        let direction =
+            self.session_from_camera.rotation * Vector3::new(self.ray[0], self.ray[1], 1.0).normalize();
+        Ray { origin: self.session_from_camera.translation.vector.into(), direction }
     }
 }
 
@@ -34,16 +38,10 @@ impl Sighting {
 ///
 /// `None` with fewer than two sightings, or where the rays are all but parallel or meet behind a camera.
 pub fn triangulated(sightings: &[&Sighting]) -> Option<Point3<f64>> {
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for sighting in sightings {
-        let direction = sighting.direction();
-        let across = Matrix3::identity() - direction * direction.transpose();
-        normal += across;
-        right += across * sighting.session_from_camera.translation.vector;
-    }
-    let eigenvalues = normal.symmetric_eigenvalues();
+    let meeting = Meeting::of(sightings.iter().map(|sighting| (sighting.line(), 1.0)));
+    let eigenvalues = meeting.normal.symmetric_eigenvalues();
     let well_posed = eigenvalues.min() > LEAST_CONDITION * eigenvalues.max();
-    let center = Point3::from(normal.cholesky().filter(|_| well_posed)?.solve(&right));
+    let center = meeting.point().filter(|_| well_posed)?;
     let in_front =
         |sighting: &&Sighting| sighting.session_from_camera.inverse_transform_point(&center).z > 0.0;
     sightings.iter().all(in_front).then_some(center)
@@ -52,19 +50,16 @@ pub fn triangulated(sightings: &[&Sighting]) -> Option<Point3<f64>> {
 /// The viewpoints of sightings of one object in one session, by odometry and boxes alone.
 ///
 /// The object's frame is the session's, moved to the triangulated centre: z up, its heading that of the session, so that
-/// azimuths mean something only relative to each other. Its size is the median of box side times depth. `None` for all
+/// azimuths mean something only relative to each other. Its size is the upper median of box side times depth. `None` for all
 /// where the object cannot be triangulated, for one where [`Viewpoint::new`] has none.
 pub fn estimated_viewpoints(sightings: &[&Sighting]) -> Vec<Option<Viewpoint>> {
     let Some(center) = triangulated(sightings) else { return vec![None; sightings.len()] };
     let session_from_object = Pose::from_parts(Translation3::from(center), UnitQuaternion::identity());
-    let mut sides: Vec<f64> = sightings
-        .iter()
-        .map(|sighting| {
-            sighting.angular_size * sighting.session_from_camera.inverse_transform_point(&center).z
-        })
-        .collect();
-    sides.sort_by(f64::total_cmp);
-    let size = DIAMETER_PER_BOX * sides[sides.len() / 2];
+    let side = |sighting: &&Sighting| {
+        sighting.angular_size * sighting.session_from_camera.inverse_transform_point(&center).z
+    };
+    let Some(side) = upper_median(sightings.iter().map(side).collect()) else { return Vec::new() };
+    let size = DIAMETER_PER_BOX * side;
     let seen = |sighting: &&Sighting| {
         Viewpoint::new(&session_from_object.inv_mul(&sighting.session_from_camera), size)
     };

@@ -13,6 +13,7 @@ const STAGES: [(&str, &[&str]); 4] = [
         "TRAINED",
         &[
             "dataset/src",
+            "model/src",
             "sim/src",
             "learn/src",
             "eval/src/pipeline/views.rs",
@@ -24,17 +25,20 @@ const STAGES: [(&str, &[&str]); 4] = [
         "ESTIMATED",
         &[
             "dataset/src",
+            "model/src",
             "learn/src",
             "slam/src",
             "eval/src/pipeline/estimates.rs",
-            "eval/src/pipeline/observation_model.rs",
             "eval/src/result/table.rs",
+            "eval/src/scene_file/estimator.rs",
+            "eval/src/scene_file/row.rs",
         ],
     ),
     (
         "SCORED",
         &[
             "dataset/src",
+            "model/src",
             "learn/src",
             "eval/src/pipeline/unseen.rs",
             "eval/src/result/distribution.rs",
@@ -48,10 +52,11 @@ const STAGES: [(&str, &[&str]); 4] = [
 ];
 
 /// What decides how all of it is built.
-const SETTINGS: [&str; 7] = [
+const SETTINGS: [&str; 8] = [
     "Cargo.lock",
     "Cargo.toml",
     "dataset/Cargo.toml",
+    "model/Cargo.toml",
     "sim/Cargo.toml",
     "learn/Cargo.toml",
     "slam/Cargo.toml",

@@ -20,7 +20,8 @@ use vantage_eval::result::statistics::{Mean, quantile};
 use vantage_eval::score::azimuth_information::promised_deviation;
 use vantage_eval::score::likelihood::Likelihood;
 use vantage_eval::score::viewpoint::{ViewpointTrial, most_likely_azimuth};
-use vantage_learn::{LatentGaussian, Viewing};
+use vantage_learn::Viewing;
+use vantage_model::LatentGaussian;
 
 /// Half the central difference, radians: a predicted crop has bytes, whose rounding a smaller one would show.
 const HALF_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -34,13 +35,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pipeline = Pipeline::open(Path::new(&scene), Path::new("cache"), RendererChoice::Auto)?;
     let folder = pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
     let (loaded, _) = any_model(&pipeline, folder.as_deref())?;
-    let viewing = loaded.viewing().ok_or("a model that knows no viewpoints")?;
-    let model = &*viewing;
+    let model = loaded.viewing().ok_or("a model that knows no viewpoints")?;
 
     let (validation, _) = views(&pipeline, Split::Validation, pipeline.file.training.seed, &mut |_| ())?;
     let fitted = asked(&validation, model)?;
     let measured = |query: &Query<'_>| -> Numbers {
-        Ok(model.measure(&query.view.crop)? - model.predict_view(&query.latent, &query.view.viewpoint)?)
+        Ok(model.measure(&query.view.crop)? - model.predict(&query.latent, &query.view.viewpoint)?)
     };
     let wrong = |query: &Query<'_>| -> Numbers {
         Ok(numbers(&query.view.crop) - seen(model, &query.latent, &query.view.viewpoint)?)
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     Ok([
                         by_measurement(query, model)?,
                         independent(query, &of_numbers, &model.measure(&query.view.crop)?, |viewpoint| {
-                            Ok(model.predict_view(&query.latent, viewpoint)?)
+                            Ok(model.predict(&query.latent, viewpoint)?)
                         })?,
                         independent(query, &of_pixels, &numbers(&query.view.crop), |viewpoint| {
                             seen(model, &query.latent, viewpoint)
@@ -76,8 +76,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let first = fitted.first().ok_or("no view of an odd session")?;
     let (latent, viewpoint) = (&first.latent, &first.view.viewpoint);
     let inputs = 2 * (latent.len() + viewpoint.conditioning().len());
-    let predict = milliseconds(|| model.predict_view(latent, viewpoint).map(drop))?;
-    let linearize = milliseconds(|| model.linearize(latent, &viewpoint.conditioning()).map(drop))?;
+    let predict = milliseconds(|| model.predict(latent, viewpoint).map(drop))?;
+    let linearize = milliseconds(|| model.linearize(latent, viewpoint).map(drop))?;
     let look = milliseconds(|| seen(model, latent, viewpoint).map(drop))?;
     let differences =
         milliseconds(|| (0..inputs).try_for_each(|_| seen(model, latent, viewpoint).map(drop)))?;
@@ -107,7 +107,7 @@ fn asked<'a>(set: &'a ViewSet, model: &dyn Viewing) -> Result<Vec<Query<'a>>, Bo
         let (known, held_out): (Vec<_>, Vec<_>) =
             set.views.iter().filter(|view| view.instance == index).partition(|view| view.session % 2 == 0);
         let factors: Result<Vec<LatentGaussian>, _> =
-            known.iter().map(|view| model.encode_view(&view.crop, &view.viewpoint)).collect();
+            known.iter().map(|view| model.encode(&view.crop, &view.viewpoint)).collect();
         let latent = LatentGaussian::posterior(model.latent().dimension, &factors?).mean;
         queries.extend(held_out.into_iter().map(|view| Query {
             view,
@@ -128,7 +128,7 @@ fn numbers(crop: &Crop) -> DVector<f64> {
 }
 
 fn seen(model: &dyn Viewing, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Numbers {
-    let crop = model.reconstruct_view(latent, viewpoint).ok_or("a model that predicts no crops")??;
+    let crop = model.reconstruct(latent, viewpoint).ok_or("a model that predicts no crops")??;
     Ok(numbers(&crop))
 }
 
@@ -151,8 +151,8 @@ type Answer = (Option<f64>, Option<f64>);
 fn by_measurement(query: &Query<'_>, model: &dyn Viewing) -> Result<Answer, Box<dyn Error>> {
     let Query { view, latent, trial } = query;
     let noise = model.noise();
-    let derivative = model.by_azimuth(latent, &view.viewpoint)?;
-    let promised = promised_deviation(&derivative, &noise.sqrt_information(), noise.degrees_of_freedom);
+    let derivative = model.linearize(latent, &view.viewpoint)?.d_viewpoint.by_azimuth(&view.viewpoint);
+    let promised = promised_deviation(&derivative, noise.sqrt_information(), noise.degrees_of_freedom());
     let likelihood = Likelihood::new(model, latent, &view.crop)?;
     let at = |azimuth: f64| likelihood.at(&view.viewpoint.turned(azimuth - trial.azimuth));
     Ok((promised, most_likely_azimuth(|azimuth| at(azimuth).unwrap_or(f64::NAN))))

@@ -15,8 +15,9 @@ use std::time::{Duration, Instant};
 use tract_onnx::prelude::*;
 use vantage_dataset::{Seed, Split};
 use vantage_learn::{
-    LatentGaussian, Progress, Stage, Training, TrainingDevice, TrainingSpec, ViewpointModel, train,
+    Progress, Stage, Training, TrainingDevice, TrainingSpec, Viewing, ViewpointModel, train,
 };
+use vantage_model::{LatentGaussian, ObservationModel};
 
 /// As in `bench`.
 #[global_allocator]
@@ -77,9 +78,9 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let report = |name: &str, microseconds: f64| println!("{name} {microseconds:.2}");
     report("measurement", microseconds(|| model.measure(&view.crop).map(drop))?);
     report("encoder", microseconds(|| model.encode(&view.crop, &view.viewpoint).map(drop))?);
-    report("decoder", microseconds(|| model.predict(&latent, &x).map(drop))?);
-    report("decoder_jacobian", microseconds(|| model.linearize(&latent, &x).map(drop))?);
-    report("image", microseconds(|| model.reconstruct(&latent, &x).map(drop))?);
+    report("decoder", microseconds(|| model.decode(&latent, &x).map(drop))?);
+    report("decoder_jacobian", microseconds(|| model.decode_linear(&latent, &x).map(drop))?);
+    report("image", microseconds(|| model.decode_image(&latent, &x).map(drop))?);
     Ok(())
 }
 

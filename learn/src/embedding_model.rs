@@ -3,7 +3,6 @@
 use crate::error::ModelError;
 use crate::folder::ModelFolder;
 use crate::manifest::Manifest;
-use crate::model::load_kind;
 use crate::role::{Kind, Role};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,7 +14,7 @@ pub struct EmbeddingModel(pub(crate) ModelFolder);
 impl EmbeddingModel {
     /// Loads a folder as [`Model::load`](crate::Model::load) does, and refuses other kinds of model.
     pub fn load(folder: &Path) -> Result<Self, ModelError> {
-        load_kind(folder, Kind::Embedding).map(Self)
+        ModelFolder::load_kind(folder, Kind::Embedding).map(Self)
     }
 
     /// The numbers of a crop, `[latent]`.

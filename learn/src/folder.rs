@@ -3,15 +3,16 @@
 use crate::canary::Canary;
 use crate::derivatives::check_derivatives;
 use crate::error::ModelError;
-use crate::latent::LatentGaussian;
 use crate::manifest::{FileRecord, MANIFEST, Manifest, sha256};
 use crate::onnx::graph::Graph;
-use crate::role::Role;
+use crate::residual::ResidualNoise;
+use crate::role::{Kind, Role};
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use vantage_dataset::InstanceId;
+use vantage_model::LatentGaussian;
 
 /// Bytes of the largest file read from a model folder.
 pub const LARGEST_FILE: u64 = 256 << 20;
@@ -52,6 +53,20 @@ impl ModelFolder {
         let model = Self { path, manifest, hash, training_instances, graphs, canary };
         model.replay_canary(folder)?;
         Ok(model)
+    }
+
+    /// Likewise, and refuses models of another kind.
+    pub(crate) fn load_kind(folder: &Path, expected: Kind) -> Result<Self, ModelError> {
+        let folder = Self::load(folder)?;
+        match folder.manifest.kind {
+            got if got == expected => Ok(folder),
+            got => Err(ModelError::Kind { path: folder.path, got, expected }),
+        }
+    }
+
+    /// The noise of the measurement, of a kind that has one.
+    pub(crate) fn noise(&self) -> &ResidualNoise {
+        self.manifest.residual.as_ref().expect("a checked manifest of this kind has it")
     }
 
     /// Whether there is such a graph.

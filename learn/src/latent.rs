@@ -1,4 +1,4 @@
-//! The steerable latent `e`: which of its numbers turn with the viewpoint, and views fused into one.
+//! The steerable latent `e`: which of its numbers turn with the viewpoint.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ impl Latent {
 /// The invariant part looks the same from every azimuth. Pair `p` belongs to harmonic
 /// `m = p / pairs_per_harmonic + 1` and turns by `m * azimuth`: an object seen from azimuth `a` has, in the
 /// camera's yaw frame, each pair turned by `-m a`. Turning is orthogonal, so that the standard normal prior
-/// of Eq. 12 stays what it is.
+/// of Eq. 12 stays what it is. The two numbers of a pair share a variance, so that turning keeps them independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LatentLayout {
@@ -92,34 +92,6 @@ impl LatentLayout {
     }
 }
 
-/// What one view, or several, say about a latent: a Gaussian of independent numbers.
-///
-/// An encoder's Gaussian is a *factor*, not yet a posterior: [`LatentGaussian::posterior`] multiplies such
-/// factors with the prior. The two numbers of a pair share a variance, so that turning keeps them independent.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LatentGaussian {
-    /// Mean, in the object's frame.
-    pub mean: DVector<f64>,
-    /// Variance of each number, positive.
-    pub variance: DVector<f64>,
-}
-
-impl LatentGaussian {
-    /// `q(e | z_1..z_n, x_1..x_n)`: the product of the views' factors and the prior `N(0, I)`.
-    ///
-    /// Without views this is the prior.
-    pub fn posterior(dimension: usize, views: &[LatentGaussian]) -> Self {
-        let mut precision = DVector::from_element(dimension, 1.0);
-        let mut weighted = DVector::zeros(dimension);
-        for view in views {
-            let information = view.variance.map(f64::recip);
-            weighted += view.mean.component_mul(&information);
-            precision += information;
-        }
-        Self { mean: weighted.component_div(&precision), variance: precision.map(f64::recip) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,21 +137,5 @@ mod tests {
         );
         let latent = Latent { dimension: 40, steerable: None };
         assert_eq!(latent.steady(&e), e.as_slice());
-    }
-
-    #[test]
-    fn a_posterior_without_views_is_the_prior_and_views_narrow_it() {
-        let prior = LatentGaussian::posterior(3, &[]);
-        assert_eq!(prior.mean, DVector::zeros(3));
-        assert_eq!(prior.variance, DVector::from_element(3, 1.0));
-        let view = LatentGaussian {
-            mean: DVector::from_vec(vec![2.0, -1.0, 0.0]),
-            variance: DVector::from_vec(vec![1.0, 0.5, 4.0]),
-        };
-        let one = LatentGaussian::posterior(3, std::slice::from_ref(&view));
-        assert_relative_eq!(one.mean[0], 1.0, epsilon = 1e-12);
-        assert_relative_eq!(one.variance[1], 1.0 / 3.0, epsilon = 1e-12);
-        let two = LatentGaussian::posterior(3, &[view.clone(), view]);
-        assert!(two.variance.iter().zip(one.variance.iter()).all(|(two, one)| two < one));
     }
 }

@@ -10,11 +10,12 @@
 //! | `z` | [`Crop`](vantage_dataset::Crop) |
 //! | `x_rel` | [`Viewpoint`](vantage_dataset::Viewpoint), as the numbers of its conditioning |
 //! | `e` | a vector of [`LatentLayout`]; its pairs turn with the azimuth |
-//! | `q(e \| z, x)` | [`ViewpointModel::encode`], combined by [`LatentGaussian::posterior`] |
-//! | `p(z \| e, x)` | [`ViewpointModel::predict`], [`ViewpointModel::linearize`], [`ViewpointModel::reconstruct`] |
-//! | `m(z)` of IV-C | [`ViewpointModel::measure`], with [`ResidualNoise`] |
+//! | `q(e \| z, x)`, `p(m(z) \| e, x)`, `m(z)` of IV-C | [`ObservationModel`](vantage_model::ObservationModel) of [`ViewpointModel`] |
+//! | the whole `z` expected of `e` and `x` | [`Viewing::reconstruct`] |
+//! | the noise of `m(z)`, fitted | [`ResidualNoise`] |
 //!
-//! [`Model`] is any of three kinds, [`ViewpointModel`] the one of this table; [`PredictiveModel`] is that of Eq. 15-20.
+//! [`Model`] is any of three kinds, [`ViewpointModel`] the one of this table; [`PredictiveModel`] is that of Eq. 15-20, and
+//! [`TurningModel`] such a one as an observation model.
 //! Each is a folder of ONNX graphs with a manifest, ours or anyone's. The `train` feature (on by default) writes such folders with
 //! burn; reading and running them needs tract alone.
 
@@ -36,6 +37,7 @@ mod role;
 mod spec;
 #[cfg(feature = "train")]
 mod train;
+mod turning_model;
 mod viewing;
 mod viewpoint_model;
 
@@ -45,7 +47,7 @@ pub use change::{camera_motion, object_centred_change};
 pub use embedding_model::EmbeddingModel;
 pub use error::{GraphError, ModelError};
 pub use folder::LARGEST_FILE;
-pub use latent::{Latent, LatentGaussian, LatentLayout};
+pub use latent::{Latent, LatentLayout};
 pub use manifest::{
     FORMAT, FileRecord, GraphRecord, MANIFEST, Manifest, TrainingDetails, TrainingRecord, VERSION,
 };
@@ -62,5 +64,6 @@ pub use train::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, INSTANCE_LIST, Progress, SHEET, Stage, TrainError, Training,
     TrainingDevice, train, view_set_hash,
 };
+pub use turning_model::TurningModel;
 pub use viewing::Viewing;
-pub use viewpoint_model::{Linearization, ViewpointModel};
+pub use viewpoint_model::ViewpointModel;

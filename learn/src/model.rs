@@ -3,23 +3,26 @@
 use crate::embedding_model::EmbeddingModel;
 use crate::error::ModelError;
 use crate::folder::ModelFolder;
-use crate::latent::LatentGaussian;
 use crate::manifest::Manifest;
 use crate::predictive_model::PredictiveModel;
 use crate::role::{Kind, Role};
-use crate::viewing::{Turning, Viewing};
+use crate::turning_model::TurningModel;
+use crate::viewing::Viewing;
 use crate::viewpoint_model::ViewpointModel;
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 use std::path::Path;
 use vantage_dataset::{Crop, InstanceId, Viewpoint};
+use vantage_model::LatentGaussian;
 
 /// What a model folder holds.
 #[derive(Debug)]
 pub enum Model {
     /// `p(z | e, x_rel)` of Eq. 10.
     ViewpointDependent(ViewpointModel),
-    /// `p(z' | z, e, Delta X)` of Eq. 15-20.
+    /// `p(z' | z, e, Delta X)` of Eq. 15-20, its latent turning with the object.
+    Turning(TurningModel),
+    /// The same with a latent that does not turn, or of camera motions: it tells no look from a viewpoint alone.
     ViewpointPredictive(PredictiveModel),
     /// Numbers to cluster and retrieve by.
     Embedding(EmbeddingModel),
@@ -33,8 +36,14 @@ impl Model {
     pub fn load(folder: &Path) -> Result<Self, ModelError> {
         let folder = ModelFolder::load(folder)?;
         Ok(match folder.manifest.kind {
-            Kind::ViewpointDependent => Model::ViewpointDependent(ViewpointModel(folder)),
-            Kind::ViewpointPredictive => Model::ViewpointPredictive(PredictiveModel(folder)),
+            Kind::ViewpointDependent => Model::ViewpointDependent(ViewpointModel::new(folder)),
+            Kind::ViewpointPredictive => {
+                let model = PredictiveModel(folder);
+                match TurningModel::layout(&model) {
+                    Some(layout) => Model::Turning(TurningModel::new(model, layout)),
+                    None => Model::ViewpointPredictive(model),
+                }
+            }
             Kind::Embedding => Model::Embedding(EmbeddingModel(folder)),
         })
     }
@@ -52,9 +61,11 @@ impl Model {
         match self {
             Model::ViewpointDependent(model) => {
                 let viewpoint = viewpoint.ok_or(ModelError::NoViewpoint)?;
-                Ok(after(model.encode(crop, viewpoint)?))
+                Ok(after(model.factor(crop, viewpoint)?))
             }
-            Model::ViewpointPredictive(model) => Ok(after(model.encode(crop)?)),
+            Model::Turning(TurningModel { model, .. }) | Model::ViewpointPredictive(model) => {
+                Ok(after(model.encode(crop)?))
+            }
             Model::Embedding(model) => {
                 Ok(self.manifest().latent.steady(&DVector::from_vec(model.embed(crop)?)))
             }
@@ -63,11 +74,11 @@ impl Model {
 
     /// The model as one of looks from viewpoints; `None` of embeddings, and of predictive models whose latent does not turn
     /// with the object.
-    pub fn viewing(&self) -> Option<Box<dyn Viewing + '_>> {
+    pub fn viewing(&self) -> Option<&dyn Viewing> {
         match self {
-            Model::ViewpointDependent(model) => Some(Box::new(model)),
-            Model::ViewpointPredictive(model) => Some(Box::new(Turning::new(model)?)),
-            Model::Embedding(_) => None,
+            Model::ViewpointDependent(model) => Some(model),
+            Model::Turning(model) => Some(model),
+            Model::ViewpointPredictive(_) | Model::Embedding(_) => None,
         }
     }
 
@@ -93,18 +104,10 @@ impl Model {
 
     fn folder(&self) -> &ModelFolder {
         match self {
-            Model::ViewpointDependent(ViewpointModel(folder)) => folder,
+            Model::ViewpointDependent(ViewpointModel { folder, .. }) => folder,
+            Model::Turning(TurningModel { model: PredictiveModel(folder), .. }) => folder,
             Model::ViewpointPredictive(PredictiveModel(folder)) => folder,
             Model::Embedding(EmbeddingModel(folder)) => folder,
         }
-    }
-}
-
-/// The folder of a model of a kind.
-pub(crate) fn load_kind(folder: &Path, expected: Kind) -> Result<ModelFolder, ModelError> {
-    let folder = ModelFolder::load(folder)?;
-    match folder.manifest.kind {
-        got if got == expected => Ok(folder),
-        got => Err(ModelError::Kind { path: folder.path, got, expected }),
     }
 }

@@ -3,15 +3,15 @@
 use crate::difference::central_differences;
 use crate::error::ModelError;
 use crate::folder::{ModelFolder, factor, matrix, narrowed, widened};
-use crate::latent::{Latent, LatentGaussian};
+use crate::latent::Latent;
 use crate::manifest::Manifest;
-use crate::model::load_kind;
 use crate::residual::ResidualNoise;
 use crate::role::{Convention, Kind, Role};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use std::path::Path;
 use vantage_dataset::{Crop, InstanceId};
+use vantage_model::LatentGaussian;
 
 /// `q(e | z)` and `p(z' | z, e, Delta X)` of Eq. 15-20, reduced to measurements as in IV-C.
 pub struct PredictiveModel(pub(crate) ModelFolder);
@@ -32,7 +32,7 @@ pub struct PredictiveLinearization {
 impl PredictiveModel {
     /// Loads a folder as [`Model::load`](crate::Model::load) does, and refuses other kinds of model.
     pub fn load(folder: &Path) -> Result<Self, ModelError> {
-        load_kind(folder, Kind::ViewpointPredictive).map(Self)
+        ModelFolder::load_kind(folder, Kind::ViewpointPredictive).map(Self)
     }
 
     /// `m(z)`, `[d_m]`.
@@ -109,7 +109,7 @@ impl PredictiveModel {
 
     /// Noise of `m(z') - m'(e, m(z), change)`.
     pub fn noise(&self) -> &ResidualNoise {
-        self.0.manifest.residual.as_ref().expect("a checked manifest of this kind has it")
+        self.0.noise()
     }
 
     /// The latent.

@@ -6,6 +6,7 @@
 use nalgebra::{Cholesky, DMatrix};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::FlowSeq;
+use vantage_model::MeasurementNoise;
 
 /// Least residuals for each dimension that a fit takes.
 pub const RESIDUALS_PER_DIMENSION: usize = 4;
@@ -16,7 +17,7 @@ const CONVERGED: f64 = 1e-9;
 /// Of the mean variance; keeps the scale matrix invertible where a number never varies.
 const FLOOR: f64 = 1e-6;
 
-/// A Student t over residuals: `p(r) ~ (1 + |R r|^2 / nu)^(-(nu + d) / 2)`.
+/// A Student t over residuals as a manifest holds it, and how it was fitted: `p(r) ~ (1 + |R r|^2 / nu)^(-(nu + d) / 2)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResidualNoise {
@@ -74,10 +75,11 @@ impl ResidualNoise {
         self.sqrt_information.len()
     }
 
-    /// `R` as a matrix.
-    pub fn sqrt_information(&self) -> DMatrix<f64> {
+    /// The law of residuals, of a checked record.
+    pub(crate) fn law(&self) -> MeasurementNoise {
         let d = self.dimension();
-        DMatrix::from_fn(d, d, |row, column| self.sqrt_information[row][column])
+        let sqrt_information = DMatrix::from_fn(d, d, |row, column| self.sqrt_information[row][column]);
+        MeasurementNoise::new(sqrt_information, self.degrees_of_freedom).expect("a checked record is a law")
     }
 
     /// What is wrong with it as noise of `dimension` numbers, if anything: a field, what it holds, what it should.
@@ -159,7 +161,7 @@ mod tests {
         let lower = DMatrix::from_row_slice(3, 3, &[2.0, 0.0, 0.0, 0.5, 1.0, 0.0, -0.3, 0.2, 0.1]);
         let noise = ResidualNoise::fit(&draws(8000, 5, &lower)).unwrap();
         assert!((noise.degrees_of_freedom - 5.0).abs() < 0.8, "{}", noise.degrees_of_freedom);
-        let whitened = noise.sqrt_information() * &lower;
+        let whitened = noise.law().sqrt_information() * &lower;
         let identity = &whitened * whitened.transpose();
         assert!((identity - DMatrix::identity(3, 3)).norm() < 0.12, "{whitened}");
         assert_eq!(noise.fault(3), None);

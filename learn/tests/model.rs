@@ -10,9 +10,9 @@ use support::{tiny_model, validation_views};
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Viewpoint};
 use vantage_learn::{
-    CANARY, Canary, CanaryCase, GraphError, Kind, LatentGaussian, ModelError, ResidualNoise, Role,
-    ViewpointModel,
+    CANARY, Canary, CanaryCase, GraphError, Kind, ModelError, Role, Viewing, ViewpointModel,
 };
+use vantage_model::{LatentGaussian, ObservationModel};
 
 fn model() -> ViewpointModel {
     ViewpointModel::load(&tiny_model()).unwrap()
@@ -50,17 +50,17 @@ fn tract_computes_what_the_trainer_computed() {
         match role {
             Role::Measurement => close(&model.measure(&Crop::from_chw(&inputs[0])).unwrap(), &outputs[0]),
             Role::Decoder => {
-                close(&model.predict(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap(), &outputs[0]);
+                close(&model.decode(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap(), &outputs[0]);
             }
             Role::DecoderJacobian => {
-                let at = model.linearize(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap();
-                close(&at.measurement, &outputs[0]);
+                let at = model.decode_linear(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap();
+                close(&at.mean, &outputs[0]);
                 let rows = |matrix: &DMatrix<f64>| DVector::from_column_slice(matrix.transpose().as_slice());
                 close(&rows(&at.d_latent), &outputs[1]);
-                close(&rows(&at.d_conditioning), &outputs[2]);
+                close(&rows(at.d_viewpoint.by_coordinates()), &outputs[2]);
             }
             Role::Image => {
-                let got = model.reconstruct(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap();
+                let got = model.decode_image(&vector(&inputs[0]), &conditioning(&inputs[1])).unwrap();
                 let planes = got.to_chw();
                 assert!(planes.iter().zip(&outputs[0]).all(|(got, expected)| (got - expected).abs() < 0.003));
             }
@@ -91,14 +91,14 @@ fn the_jacobian_graph_matches_central_differences_of_the_decoder() {
     let model = model();
     let (latent, viewpoint) = state(&model);
     let x = viewpoint.conditioning();
-    let at = model.linearize(&latent, &x).unwrap();
-    assert_relative_eq!(at.measurement, model.predict(&latent, &x).unwrap(), epsilon = 1e-6);
+    let at = model.decode_linear(&latent, &x).unwrap();
+    assert_relative_eq!(at.mean, model.decode(&latent, &x).unwrap(), epsilon = 1e-6);
     let numbers = latent.len() + CONDITIONING;
-    let jacobian = DMatrix::from_fn(at.measurement.len(), numbers, |row, column| {
+    let jacobian = DMatrix::from_fn(at.mean.len(), numbers, |row, column| {
         if column < latent.len() {
             at.d_latent[(row, column)]
         } else {
-            at.d_conditioning[(row, column - latent.len())]
+            at.d_viewpoint.by_coordinates()[(row, column - latent.len())]
         }
     });
     const STEP: f64 = 1e-3;
@@ -109,7 +109,7 @@ fn the_jacobian_graph_matches_central_differences_of_the_decoder() {
                 None => latent[column] += step,
                 Some(index) => x[index] += step,
             }
-            model.predict(&latent, &x).unwrap()
+            model.decode(&latent, &x).unwrap()
         };
         let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
         let error = (&difference - jacobian.column(column)).amax();
@@ -152,7 +152,7 @@ fn noise_latent_and_identity_are_told() {
 #[test]
 fn the_noise_whitens_the_residuals_it_was_fitted_to() {
     let model = model();
-    let noise: &ResidualNoise = model.noise();
+    let noise = model.noise();
     let set = validation_views();
     let mut squares = Vec::new();
     for instance in set.views.chunks(8) {
@@ -160,7 +160,7 @@ fn the_noise_whitens_the_residuals_it_was_fitted_to() {
         let factors: Vec<_> = instance[..3].iter().map(encoded).collect();
         let latent = LatentGaussian::posterior(30, &factors).mean;
         for view in &instance[3..] {
-            let expected = model.predict(&latent, &view.viewpoint.conditioning()).unwrap();
+            let expected = model.predict(&latent, &view.viewpoint).unwrap();
             let residual = model.measure(&view.crop).unwrap() - expected;
             squares.push((noise.sqrt_information() * residual).norm_squared());
         }
@@ -170,13 +170,13 @@ fn the_noise_whitens_the_residuals_it_was_fitted_to() {
     assert!(
         (2.0..15.0).contains(&median),
         "median of the whitened squares {median}, {}",
-        noise.degrees_of_freedom
+        noise.degrees_of_freedom()
     );
 }
 
 #[test]
 fn a_latent_of_the_wrong_length_is_an_error() {
-    let error = model().predict(&DVector::zeros(29), &[0.0; CONDITIONING]).unwrap_err();
+    let error = model().decode(&DVector::zeros(29), &[0.0; CONDITIONING]).unwrap_err();
     let ModelError::Run { role: Role::Decoder, source: GraphError::Input { got: 29, expected: 30, .. } } =
         error
     else {
@@ -188,10 +188,10 @@ fn a_latent_of_the_wrong_length_is_an_error() {
 fn states_out_of_all_range_are_errors() {
     let model = model();
     for value in [f64::NAN, f64::INFINITY, f64::MAX, -3e38, 1.1e6] {
-        let error = model.predict(&DVector::from_element(30, value), &[1.0; CONDITIONING]).unwrap_err();
+        let error = model.decode(&DVector::from_element(30, value), &[1.0; CONDITIONING]).unwrap_err();
         assert!(matches!(error, ModelError::Run { source: GraphError::InputRange { .. }, .. }), "{error}");
     }
-    model.predict(&DVector::from_element(30, 1e6), &[1.0; CONDITIONING]).unwrap();
+    model.decode(&DVector::from_element(30, 1e6), &[1.0; CONDITIONING]).unwrap();
 }
 
 #[test]
@@ -199,12 +199,12 @@ fn runs_beside_each_other_have_the_same_bits() {
     let model = model();
     let (latent, viewpoint) = state(&model);
     let x = viewpoint.conditioning();
-    let alone = model.linearize(&latent, &x).unwrap();
+    let alone = model.decode_linear(&latent, &x).unwrap();
     std::thread::scope(|scope| {
         for _ in 0..4 {
             scope.spawn(|| {
                 for _ in 0..50 {
-                    assert_eq!(model.linearize(&latent, &x).unwrap(), alone);
+                    assert_eq!(model.decode_linear(&latent, &x).unwrap(), alone);
                 }
             });
         }
@@ -228,15 +228,15 @@ fn the_committed_model_has_the_bits_that_it_had() {
         Viewpoint { direction: nalgebra::Vector3::new(0.6, 0.64, 0.48), roll: 0.1, log_distance: 0.5 };
     let latent = model.encode(&crop, &viewpoint).unwrap();
     let x = viewpoint.conditioning();
-    let at = model.linearize(&latent.mean, &x).unwrap();
+    let at = model.decode_linear(&latent.mean, &x).unwrap();
     let measurement = model.measure(&crop).unwrap();
-    let predicted = model.predict(&latent.mean, &x).unwrap();
-    let vectors = [&latent.mean, &latent.variance, &measurement, &predicted, &at.measurement];
+    let predicted = model.decode(&latent.mean, &x).unwrap();
+    let vectors = [&latent.mean, &latent.variance, &measurement, &predicted, &at.mean];
     let mut hash = blake3::Hasher::new();
-    for number in vectors.into_iter().flatten().chain(&at.d_latent).chain(&at.d_conditioning) {
+    for number in vectors.into_iter().flatten().chain(&at.d_latent).chain(at.d_viewpoint.by_coordinates()) {
         hash.update(&number.to_le_bytes());
     }
-    hash.update(&*model.reconstruct(&latent.mean, &x).unwrap().0);
+    hash.update(&*model.decode_image(&latent.mean, &x).unwrap().0);
     assert_eq!(
         hash.finalize().to_hex().as_str(),
         "fff5bd4491d2acd1a1491aceabc5e7099b9476cf04962fe66d302c7b9e359368"

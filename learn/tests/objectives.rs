@@ -11,9 +11,10 @@ use support::{tiny_spec, trained, training_views, validation_views};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::{Pose, Sighting, Split, ViewSet};
 use vantage_learn::{
-    CURVE_TABLE, ClassSpec, InstanceTerm, Kind, LatentGaussian, Model, Motion, Objective, Pairs,
-    PredictiveSpec, Progress, Stage, TrainError, TrainingSpec, TrunkTarget,
+    CURVE_TABLE, ClassSpec, InstanceTerm, Kind, Model, Motion, Objective, Pairs, PredictiveSpec, Progress,
+    Stage, TrainError, TrainingSpec, TrunkTarget,
 };
+use vantage_model::LatentGaussian;
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
 /// large.
@@ -89,27 +90,27 @@ fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
     let model = Model::load(folder.path()).unwrap();
     let viewing = model.viewing().unwrap();
     let view = &set.views[0];
-    let one = viewing.encode_view(&view.crop, &view.viewpoint).unwrap();
-    let turned = viewing.encode_view(&view.crop, &view.viewpoint.turned(1.1)).unwrap();
+    let one = viewing.encode(&view.crop, &view.viewpoint).unwrap();
+    let turned = viewing.encode(&view.crop, &view.viewpoint.turned(1.1)).unwrap();
     assert!((&one.mean - &turned.mean).norm() > 1e-3);
-    let ahead = viewing.predict_view(&one.mean, &view.viewpoint.turned(0.4)).unwrap();
-    let same = viewing.predict_view(&turned.mean, &view.viewpoint.turned(1.5)).unwrap();
+    let ahead = viewing.predict(&one.mean, &view.viewpoint.turned(0.4)).unwrap();
+    let same = viewing.predict(&turned.mean, &view.viewpoint.turned(1.5)).unwrap();
     assert!((&ahead - &same).norm() < 1e-4 * (1.0 + ahead.norm()), "{ahead} {same}");
-    let still = viewing.predict_view(&one.mean, &view.viewpoint).unwrap();
+    let still = viewing.predict(&one.mean, &view.viewpoint).unwrap();
     assert!((ahead - &still).norm() > 1e-3);
 
-    let at = viewing.linearize(&one.mean, &view.viewpoint.conditioning()).unwrap();
-    assert!((&at.measurement - &still).norm() < 1e-4);
+    let at = viewing.linearize(&one.mean, &view.viewpoint).unwrap();
+    assert!((&at.mean - &still).norm() < 1e-4);
     let step = 1e-2;
-    let after = |angle: f64| viewing.predict_view(&one.mean, &view.viewpoint.turned(angle)).unwrap();
-    let by_azimuth = viewing.by_azimuth(&one.mean, &view.viewpoint).unwrap();
+    let after = |angle: f64| viewing.predict(&one.mean, &view.viewpoint.turned(angle)).unwrap();
+    let by_azimuth = at.d_viewpoint.by_azimuth(&view.viewpoint);
     let differences = (after(step) - after(-step)) / (2.0 * step);
     assert!(
         (&by_azimuth - &differences).norm() < 2e-2 * (0.1 + differences.norm()),
         "{by_azimuth} {differences}"
     );
     let direction = DVector::from_fn(one.mean.len(), |i, _| libm::cos(i as f64));
-    let moved = |by: f64| viewing.predict_view(&(&one.mean + &direction * by), &view.viewpoint).unwrap();
+    let moved = |by: f64| viewing.predict(&(&one.mean + &direction * by), &view.viewpoint).unwrap();
     let differences = (moved(step) - moved(-step)) / (2.0 * step);
     let by_latent = at.d_latent * direction;
     assert!(
@@ -183,7 +184,7 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
     let model = Model::load(folder.path()).unwrap();
     let viewing = model.viewing().unwrap();
     let factors: Vec<_> =
-        set.views[..2].iter().map(|view| viewing.encode_view(&view.crop, &view.viewpoint).unwrap()).collect();
+        set.views[..2].iter().map(|view| viewing.encode(&view.crop, &view.viewpoint).unwrap()).collect();
     let variance = factors[0].variance[0];
     assert!((variance - 4f64.exp()).abs() < 1e-3, "{variance}");
     assert!(factors.iter().all(|factor| (&factor.variance - &factors[0].variance).norm() < 1e-9));
@@ -193,7 +194,7 @@ fn a_discrete_class_is_told_by_several_views_together_and_needs_a_latent_as_larg
     let seen = |latent: f64| {
         let mut latents = vec![0.0; 12];
         latents[3] = latent;
-        viewing.predict_view(&latents.into(), &set.views[0].viewpoint).unwrap()
+        viewing.predict(&latents.into(), &set.views[0].viewpoint).unwrap()
     };
     assert!((seen(1.0) - seen(9.0)).norm() < 1e-5, "certain is certain");
     assert!((seen(1.0) - seen(-1.0)).norm() > 1e-3);

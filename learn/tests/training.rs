@@ -10,6 +10,7 @@ use vantage_learn::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, TrainingSpec,
     ViewpointModel,
 };
+use vantage_model::ObservationModel;
 
 fn refused(training: &ViewSet, validation: &ViewSet, spec: &TrainingSpec) -> TrainError {
     let folder = tempfile::tempdir().unwrap();

@@ -13,8 +13,9 @@ use std::path::Path;
 use std::{env, error::Error, fs, io};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_sim::checked::{CheckedScene, SceneSpec};
 use vantage_sim::render::reference::ReferenceRenderer;
-use vantage_sim::scene::{CheckedScene, RobotSpec, SceneSpec, SensorSpec, ViewsSpec, WorldSpec};
+use vantage_sim::scene::{RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
 use vantage_sim::views::training_views;
 
 #[derive(Deserialize)]
@@ -41,7 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         SceneSpec { world: file.world, robot: file.robot, sensors: file.sensors, views: file.views };
     spec.views.views_per_instance = views.parse()?;
     let conditions =
-        CheckedScene::new(spec, Path::new(scene).parent().unwrap_or(Path::new(".")))?.view_conditions();
+        CheckedScene::new(spec, Path::new(scene).parent().unwrap_or(Path::new(".")), &mut |_| ())?
+            .view_conditions();
     let mut renderer = ReferenceRenderer::default();
     let start = std::time::Instant::now();
     let set = training_views(

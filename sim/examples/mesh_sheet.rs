@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let specs: Vec<MeshSpec> = serde_saphyr::from_str(&std::fs::read_to_string(&list)?)?;
     let base = Path::new(&list).parent().unwrap_or(Path::new("."));
     let start = Instant::now();
-    let library = MeshLibrary::load(&specs, base)?;
+    let library = MeshLibrary::load(&specs, base, &mut |_| ())?;
     println!("read in {:.2} s", start.elapsed().as_secs_f64());
 
     let mut renderer = ReferenceRenderer::new();

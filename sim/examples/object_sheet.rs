@@ -7,9 +7,10 @@ use image::{Rgb, RgbImage};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::{Camera, Pose, Seed, Split};
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::{Light, Placement, RenderScene, Renderer, Shot};
+use vantage_sim::scene::Family;
 
 const INSTANCES: u64 = 4;
 const AZIMUTHS: u32 = 8;

@@ -17,12 +17,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use std::{env, fs};
-use vantage_sim::mesh_file::UpAxis;
 use vantage_sim::model::Model;
 use vantage_sim::object::{MeshLibrary, Object};
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::wgpu::WgpuRenderer;
 use vantage_sim::render::{RenderError, RenderScene, Renderer, Shot, Tile};
+use vantage_sim::scene::UpAxis;
 use vantage_sim::scene::{MeshSpec, SymmetrySpec};
 
 const SHOTS: usize = 48;
@@ -69,7 +69,7 @@ fn set_with_models(arguments: &[String]) -> Result<RenderScene, Box<dyn Error>> 
         symmetry: SymmetrySpec::None,
         split: None,
     };
-    let library = MeshLibrary::load(&[spec], Path::new(""))?;
+    let library = MeshLibrary::load(&[spec], Path::new(""), &mut |_| ())?;
     let mut objects = Vec::new();
     for entry in library.iter() {
         let model = &entry.object.model;

@@ -1,8 +1,9 @@
 //! What a simulation would cost, before it starts.
 
+use crate::checked::{CheckedScene, ViewConditions};
 use crate::error::SimError;
-use crate::robot::track::Track;
-use crate::scene::{CheckedScene, PathSpec, SensorSpec, ViewConditions};
+use crate::plan::track::Track;
+use crate::scene::{PathSpec, SensorSpec};
 use crate::texture::TEXTURE_SIDE;
 use vantage_dataset::crop::CROP_BYTES;
 
@@ -44,6 +45,7 @@ pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
     refuse_above_limit(
         bytes,
         "the episode",
+        "robot.steps",
         "`world.objects`, `robot.steps`, landmarks, false detections or the camera's `width` and `height`",
     )
 }
@@ -85,13 +87,19 @@ pub fn check_views(conditions: &ViewConditions, instances: usize) -> Result<(), 
     refuse_above_limit(
         views.saturating_mul(VIEW_BYTES),
         "the set of views",
+        "views.views_per_instance",
         "the instances or `views.views_per_instance`",
     )
 }
 
-fn refuse_above_limit(bytes: u64, what: &'static str, remedy: &'static str) -> Result<(), SimError> {
+fn refuse_above_limit(
+    bytes: u64,
+    what: &'static str,
+    field: &'static str,
+    remedy: &'static str,
+) -> Result<(), SimError> {
     if bytes > MEMORY_LIMIT {
-        return Err(SimError::TooLarge { what, bytes, limit: MEMORY_LIMIT, remedy });
+        return Err(SimError::TooLarge { what, bytes, limit: MEMORY_LIMIT, field, remedy });
     }
     Ok(())
 }

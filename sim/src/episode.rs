@@ -1,10 +1,10 @@
 //! Episodes: one robot goes through one world and observes it.
 
+use crate::checked::CheckedScene;
 use crate::error::{Progress, SimError, Stage};
 use crate::observer::{Look, Observer};
 use crate::render::Renderer;
 use crate::rollout::{Rollout, roll_out};
-use crate::scene::CheckedScene;
 use crate::sensor::close_up;
 use vantage_dataset::{Episode, Observations, Seed, Split, Truth};
 

@@ -21,8 +21,8 @@ pub enum SimError {
     },
     /// The scene has no family, and fewer meshes than it asks for.
     #[error(
-        "`{field}` is {wanted}, but the scene has no family and only {got} meshes in the {} split, each of which is one \
-         object; lower it, add to `world.meshes`, state their `split`, or list `world.families`",
+        "`{field}` asks for {wanted}, but the scene has no family and only {got} meshes in the {} split, each of which is \
+         one object; lower it, add to `world.meshes`, state their `split`, or list `world.families`",
         split.name()
     )]
     TooFewMeshes {
@@ -113,6 +113,8 @@ pub enum SimError {
         bytes: u64,
         /// The limit, bytes.
         limit: u64,
+        /// The setting that asks for most of it.
+        field: &'static str,
         /// Which settings to reduce.
         remedy: &'static str,
     },
@@ -146,6 +148,10 @@ pub struct Progress {
 /// A stage of the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// Meshes are read; counted in mesh files.
+    Meshes,
+    /// Furniture is read; counted in mesh files.
+    Fixtures,
     /// Objects settle; counted in physics steps, of which fewer than the total may be needed.
     Settle,
     /// The robot drives; counted in steps of the episode.

@@ -1,7 +1,5 @@
 //! Triangle meshes in an object's own frame.
 
-use nalgebra::Vector3;
-
 /// A UV-mapped triangle mesh, metres, z up, counter-clockwise seen from outside.
 ///
 /// Vertices are per corner where normals or texture coordinates break.
@@ -18,14 +16,6 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Half the extents along x, y, z; the box is that of the vertices.
-    pub(crate) fn half_extents(&self) -> Vector3<f64> {
-        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        let points = self.positions.iter().map(|&p| Vector3::from(p.map(f64::from)));
-        let (low, high) = points.fold(start, |(low, high): (Vector3<f64>, _), p| (low.inf(&p), high.sup(&p)));
-        0.5 * (high - low)
-    }
-
     /// Diameter of the sphere about the origin that holds all vertices.
     pub(crate) fn diameter(&self) -> f64 {
         let radius_squared = self.positions.iter().map(|p| {

@@ -1,9 +1,10 @@
 //! What a robot observes at each step of a rollout.
 
+use crate::checked::CheckedScene;
 use crate::error::SimError;
 use crate::render::{Frame, Light, RenderScene, Renderer, Shot};
 use crate::rollout::Rollout;
-use crate::scene::{CheckedScene, SensorSpec};
+use crate::scene::SensorSpec;
 use crate::sensor::close_up::Setting;
 use crate::sensor::detector::{Target, detect};
 use crate::sensor::{fault, image, landmark};

@@ -1,13 +1,13 @@
 //! All of an episode that needs no renderer: physics, odometry and labels.
 
 use crate::budget;
+use crate::checked::CheckedScene;
 use crate::error::{Progress, SimError};
 use crate::render::{Light, NO_OBJECT, Placement, RenderScene, Shot};
-use crate::robot::drive::{Drive, drive};
-use crate::scene::{CheckedScene, PathSpec};
+use crate::robot::{Drive, drive};
+use crate::scene::PathSpec;
 use crate::sensor::detector::Target;
 use crate::sensor::odometry;
-use crate::world::ground::Ground;
 use crate::world::{World, lighting, surroundings};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -42,7 +42,7 @@ pub fn roll_out(
 ) -> Result<Rollout, SimError> {
     budget::check_episode(scene)?;
     let mut world = World::settled(scene, split, seed, progress)?;
-    let ground = Ground::new(&scene.world().room, &world.furnishing);
+    let ground = world.ground(&scene.world().room);
     let drive = drive(&mut world.physics, scene.robot(), &ground, seed, progress)?;
     let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, seed);
     Ok(Rollout {
@@ -88,7 +88,8 @@ impl Rollout {
                 id: NO_OBJECT + 1 + i as u32,
             })
             .collect();
-        placements.extend(surroundings::placements(&spec.room, &self.world.furnishing, self.seed));
+        let World { furnishing, fixtures, .. } = &self.world;
+        placements.extend(surroundings::placements(&spec.room, furnishing, fixtures, self.seed));
         let ceiling = (150.0 + 90.0 * self.seed.stream("ceiling", 0).unit()) as u8;
         RenderScene {
             placements,

@@ -4,7 +4,8 @@ use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use std::collections::BTreeMap;
 use vantage_dataset::{InstanceId, Seed, Split};
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
+use vantage_sim::scene::Family;
 
 /// The ids of object 0 of each family of the training split, seed 7: a change of any bit of any mesh or texture
 /// changes every dataset, so it has to be meant. Re-mint with a line in the changelog that says why.

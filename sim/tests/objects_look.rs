@@ -3,9 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::{Camera, Pose, Seed, Split, Symmetry};
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::{Light, Placement, RenderScene, Renderer, Shot};
+use vantage_sim::scene::Family;
 
 const SIDE: u32 = 32;
 const INSTANCES: u64 = 6;

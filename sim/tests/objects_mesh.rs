@@ -2,7 +2,8 @@
 
 use vantage_dataset::{Seed, Split};
 use vantage_sim::mesh::Mesh;
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
+use vantage_sim::scene::Family;
 
 const INSTANCES: u64 = 12;
 /// Vertices closer than this are one point, metres; the smallest parts measure about a millimetre.

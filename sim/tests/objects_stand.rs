@@ -4,8 +4,8 @@ use rapier3d::geometry::SharedShape;
 use rapier3d::math::Vector;
 use std::f64::consts::PI;
 use vantage_dataset::{Seed, Split};
-use vantage_sim::object::{Family, LEAST_FOOTPRINT, Object};
-use vantage_sim::world::layout::footprint;
+use vantage_sim::object::{LEAST_FOOTPRINT, Object};
+use vantage_sim::scene::Family;
 
 const INSTANCES: u64 = 100;
 /// The tilt that every object bears without falling over, radians.
@@ -33,7 +33,7 @@ fn every_object_bears_a_tilt_and_is_not_smaller_than_is_counted_on() {
             let object = Object::generate(family, Split::Train, Seed(6), index);
             let tilt = critical_tilt(&object);
             assert!(tilt > TILT, "{} {index} falls over at {tilt} rad", family.name());
-            let radius = footprint(&object);
+            let radius = object.footprint();
             assert!(radius > LEAST_FOOTPRINT, "{} {index} fits into {radius} m", family.name());
         }
     }

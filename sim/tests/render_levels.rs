@@ -7,9 +7,10 @@ use std::sync::Arc;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::mesh::Mesh;
 use vantage_sim::model::Model;
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::{Placement, Renderer};
+use vantage_sim::scene::Family;
 use vantage_sim::texture::Texture;
 
 #[test]

@@ -1,16 +1,13 @@
 //! What an estimator answers.
 
-use crate::observation_model::LatentGaussian;
 use crate::solve::Outcome;
-use crate::spec::Row;
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 use vantage_dataset::Pose;
+use vantage_model::LatentGaussian;
 
 /// The posterior of one episode: its maximum, and marginals where asked for.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// Which estimator.
-    pub row: Row,
     /// How it ended. Whatever the outcome, poses, positions and covariances are finite and worth scoring.
     pub outcome: Outcome,
     /// X: the robot's pose at each step, in the frame of its first pose.
@@ -24,7 +21,7 @@ pub struct Estimate {
     pub unresolved: Vec<Unresolved>,
     /// Linearisations of the last problem over all variables, and of its alternatives.
     pub iterations: usize,
-    /// Negative log-posterior, nats up to a constant; comparable only within one row of one episode. Not a
+    /// Negative log-posterior, nats up to a constant; comparable only between answers of one estimator to one episode. Not a
     /// number where the outcome is [`Outcome::Diverged`] from the start.
     pub cost: f64,
     /// Detections that were not used, or not fully.
@@ -40,7 +37,7 @@ pub struct ObjectEstimate {
     pub position_covariance: Option<Matrix3<f64>>,
     /// Its diameter from box and distance, metres; `None` where no view told.
     pub size: Option<f64>,
-    /// Its orientation, for rows with semantic factors and objects with semantic views.
+    /// Its orientation, of estimators with semantic factors and objects with semantic views.
     pub orientation: Option<Orientation>,
     /// P(e | H): mean at the maximum, marginal variances; as for the orientation.
     pub latent: Option<LatentGaussian>,

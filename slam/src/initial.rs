@@ -1,9 +1,10 @@
 //! First values: dead reckoning for the robot, triangulation for the objects.
 
 use crate::estimate::UnresolvedReason;
+use crate::variable::{Key, Value, Values};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
-use vantage_dataset::{Odometry, Pose};
+use vantage_dataset::{Observations, Odometry, Pose};
 
 /// The robot's poses by odometry alone, the first at the origin.
 ///
@@ -37,6 +38,15 @@ pub fn dead_reckoning(steps: usize, odometry: &[Odometry]) -> Vec<Pose> {
         previous = poses[start].unwrap_or(previous);
     }
     poses.into_iter().map(|pose| pose.unwrap_or(previous)).collect()
+}
+
+/// The robot's poses by odometry alone, as variables.
+pub fn start_poses(observations: &Observations) -> Values {
+    let mut values = Values::default();
+    for (step, pose) in dead_reckoning(observations.steps(), &observations.odometry).into_iter().enumerate() {
+        values.insert(Key::Robot(step), Value::Pose(pose));
+    }
+    values
 }
 
 /// A ray in the world.

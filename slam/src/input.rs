@@ -1,10 +1,9 @@
 //! What an estimator refuses to start from.
 
 use crate::noise::sqrt_information;
-use crate::observation_model::{ModelError, ObservationModel};
-use crate::spec::{EstimatorSpec, Row};
 use garde::Validate;
 use vantage_dataset::{Observations, Pose};
+use vantage_model::{AnswerError, ObservationModel};
 
 /// Tracks above this are taken for corrupt, not for that many objects.
 const MOST_TRACKS: usize = 1_000_000;
@@ -19,15 +18,9 @@ pub enum EstimateError {
         /// Every field that is wrong, and how.
         report: String,
     },
-    /// The row needs a model and got none.
-    #[error("the row `{row}` needs an observation model, got none; train one, or leave the row out")]
-    ModelMissing {
-        /// The row.
-        row: Row,
-    },
     /// The model failed for a reason other than a number that is not finite.
     #[error("observation model: {0}")]
-    Model(#[from] ModelError),
+    Model(#[from] AnswerError),
     /// The camera's intrinsics or mount are not usable.
     #[error("camera: got {got}, expected finite numbers and positive focal lengths")]
     Camera {
@@ -52,28 +45,25 @@ pub enum EstimateError {
     },
 }
 
-/// Checks all that the estimator relies on.
-pub fn check(
-    observations: &Observations,
-    row: Row,
-    model: Option<&dyn ObservationModel>,
-    spec: &EstimatorSpec,
-) -> Result<(), EstimateError> {
-    spec.validate().map_err(|report| EstimateError::Spec { report: report.to_string() })?;
-    if row.is_semantic() {
-        check_model(model.ok_or(EstimateError::ModelMissing { row })?)?;
-    }
+/// Checks a group of settings.
+pub fn check_settings(settings: &impl Validate<Context = ()>) -> Result<(), EstimateError> {
+    settings.validate().map_err(|report| EstimateError::Spec { report: report.to_string() })
+}
+
+/// Checks all of the observations that an estimator relies on.
+pub fn check_observations(observations: &Observations) -> Result<(), EstimateError> {
     check_camera(observations)?;
     check_odometry(observations)?;
     check_detections(observations)
 }
 
-fn check_model(model: &dyn ObservationModel) -> Result<(), ModelError> {
-    let (got, expected) = (model.noise().sqrt_information().nrows(), model.measurement_dim());
+/// Checks that a model's noise is that of its measurement.
+pub fn check_model(model: &dyn ObservationModel) -> Result<(), AnswerError> {
+    let (got, expected) = (model.noise().dimension(), model.measurement_dim());
     if got == expected {
         Ok(())
     } else {
-        Err(ModelError::Shape { what: "square root of the information (rows)", got, expected })
+        Err(AnswerError::Shape { what: "square root of the information (rows)", got, expected })
     }
 }
 

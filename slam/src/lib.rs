@@ -1,4 +1,4 @@
-//! The estimator: the posterior of Eq. 1-10 as a factor graph, its maximum and its marginals.
+//! The estimators: the posterior of Eq. 1-10 as a factor graph, its maximum and its marginals.
 //!
 //! ```text
 //! P(X, O, E | H)  is proportional to  prod_k  P(x_k | x_k-1, u_k-1)        factor::between, Eq. 4
@@ -9,15 +9,18 @@
 //!
 //! | symbol | module |
 //! |---|---|
+//! | which of the factors: one file an estimator | [`mod@estimator`] |
 //! | X, O, E: SE(3) poses, points, latent vectors | [`variable`] |
+//! | U, Z^g, Z^s as factors | [`problem`], [`sighting`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
+//! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
+//! | start values | [`initial`], [`mapping`], [`orientation`] |
 //! | J^T W J, latents eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
 //! | marginal covariances | [`covariance`] |
-//! | p(z \| e, x_rel), q(e \| z, x_rel) | [`observation_model`] |
-//! | start values | [`initial`], [`mapping`], [`orientation`] |
-//! | rows of the score table | [`spec`], [`input`], [`sighting`], [`semantics`], [`problem`], [`estimator`], [`mod@estimate`] |
+//! | the answer | [`posterior`], [`mod@estimate`] |
+//! | what is refused, and settings | [`input`], [`settings`] |
 //!
 //! The world frame is that of the robot's first pose, whose z axis points up. Tangents are rotation first,
 //! perturbations on the right (`T * Exp(xi)`). No ground truth comes in: the input is
@@ -33,20 +36,19 @@ pub mod input;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
-pub mod observation_model;
 pub mod orientation;
+pub mod posterior;
 pub mod problem;
 pub mod se3_jacobian;
 pub mod semantics;
+pub mod settings;
 pub mod sighting;
 pub mod solve;
-pub mod spec;
 pub mod variable;
 
 pub use estimate::{Dropped, Estimate, ObjectEstimate, Orientation, Unresolved, UnresolvedReason};
-pub use estimator::estimate;
+pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
 pub use input::EstimateError;
-pub use observation_model::{LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel};
+pub use settings::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
 pub use solve::Outcome;
-pub use spec::{EstimatorSpec, Row};
 pub use variable::Key;

@@ -39,7 +39,7 @@ fn place(
         .iter()
         .filter_map(|s| Some(Ray::new(&problem.world_from_camera(values, s.step)?, &s.ray_in_camera)))
         .collect();
-    let point = triangulate(&rays, problem.spec.minimum_parallax)?;
+    let point = triangulate(&rays, problem.settings.minimum_parallax)?;
     let mut graph = Graph::default();
     problem.add_bearings(&mut graph, track, sightings);
     let mut start = values.clone();

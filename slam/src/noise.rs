@@ -13,6 +13,7 @@ use garde::Validate;
 use nalgebra::Matrix6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_model::student_t;
 
 /// A robust kernel on the squared norm of a whole whitened residual.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
@@ -43,7 +44,7 @@ impl Kernel {
                 threshold * s.sqrt() - threshold * threshold / 2.0
             }
             Kernel::Huber { .. } => s / 2.0,
-            Kernel::StudentT { degrees_of_freedom: nu } => (nu + dim as f64) / 2.0 * libm::log1p(s / nu),
+            Kernel::StudentT { degrees_of_freedom } => student_t::loss(s, dim, degrees_of_freedom),
         }
     }
 
@@ -53,7 +54,7 @@ impl Kernel {
             Kernel::Gaussian => 1.0,
             Kernel::Huber { threshold } if s > threshold * threshold => threshold / s.sqrt(),
             Kernel::Huber { .. } => 1.0,
-            Kernel::StudentT { degrees_of_freedom: nu } => (nu + dim as f64) / (nu + s),
+            Kernel::StudentT { degrees_of_freedom } => student_t::weight(s, dim, degrees_of_freedom),
         }
     }
 }
@@ -88,8 +89,24 @@ impl BearingNoise {
 }
 
 /// Refuses NaN, which YAML can write and which passes `range`.
-pub(crate) fn not_nan(value: &f64, _: &()) -> garde::Result {
+pub fn not_nan(value: &f64, _: &()) -> garde::Result {
     if value.is_nan() { Err(garde::Error::new("got NaN, expected a number")) } else { Ok(()) }
+}
+
+/// Refuses what is not a positive, finite number.
+pub(crate) fn positive(value: &f64, _: &()) -> garde::Result {
+    if *value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(garde::Error::new(format!("got {value}, expected a positive number")))
+}
+
+/// Refuses negative numbers and NaN.
+pub(crate) fn not_negative(value: &f64, _: &()) -> garde::Result {
+    if *value >= 0.0 {
+        return Ok(());
+    }
+    Err(garde::Error::new(format!("got {value}, expected 0 or more")))
 }
 
 #[cfg(test)]

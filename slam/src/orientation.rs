@@ -1,15 +1,15 @@
 //! First orientations: a grid of viewpoints scored by the decoder over an object's views, best modes refined.
 
 use crate::graph::Graph;
-use crate::observation_model::{LatentGaussian, ModelError, ObservationModel};
-use crate::problem::Problem;
-use crate::semantics::{SemanticObject, SemanticView, unless_non_finite};
+use crate::semantics::{SemanticObject, SemanticView, Semantics, unless_non_finite};
+use crate::settings::OrientationSettings;
 use crate::sighting::Sighting;
 use crate::solve::{Limits, solve};
 use crate::variable::{Key, Value, Values};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::Pose;
+use vantage_model::{AnswerError, Information};
 
 /// A few steps of the latent alone: the encoder reads a wrong latent from far views, and a good yaw would be
 /// judged by it.
@@ -39,17 +39,17 @@ pub struct Mode {
 /// Student-t of every view. The best local minima over the circle are judged again after a few steps of the
 /// latent, and the best of those are refined, object and latent together.
 pub fn modes(
-    problem: &Problem<'_>,
-    model: &dyn ObservationModel,
+    semantics: &Semantics<'_, '_>,
+    settings: &OrientationSettings,
     object: &SemanticObject,
     sightings: &[Sighting],
     values: &Values,
-) -> Result<Vec<Mode>, ModelError> {
+) -> Result<Vec<Mode>, AnswerError> {
     let track = object.track;
-    let views = spread(&object.views, problem.spec.orientation_views);
+    let views = spread(&object.views, settings.views);
     let mut graph = Graph::default();
-    problem.add_bearings(&mut graph, track, sightings);
-    problem.add_semantics(&mut graph, model, object, &views, UnitQuaternion::identity());
+    semantics.problem.add_bearings(&mut graph, track, sightings);
+    semantics.add_factors(&mut graph, object, &views, UnitQuaternion::identity());
     let held: Vec<(Key, Value)> = sightings
         .iter()
         .filter_map(|s| Some((Key::Robot(s.step), values.get(Key::Robot(s.step))?.clone())))
@@ -58,12 +58,12 @@ pub fn modes(
         return Ok(Vec::new());
     };
 
-    let count = problem.spec.yaw_candidates;
+    let count = settings.yaw_candidates;
     let step = 2.0 * PI / count as f64;
     let mut grid = Vec::with_capacity(count);
     for index in 0..count {
         let yaw = index as f64 * step;
-        let Some(latent) = encode(problem, model, &views, yaw)? else {
+        let Some(latent) = encode(semantics, &views, yaw)? else {
             grid.push(None);
             continue;
         };
@@ -77,7 +77,7 @@ pub fn modes(
         grid.push(graph.cost(&start).map(|cost| (cost, start)));
     }
 
-    let refined_modes = problem.spec.refined_modes;
+    let refined_modes = settings.refined_modes;
     let mut shortlist: Vec<_> = local_minima(&grid)
         .into_iter()
         .take(RECONSIDERED * refined_modes)
@@ -109,21 +109,21 @@ pub fn modes(
 
 /// The mean latent of the views if the object's yaw is `yaw`.
 fn encode(
-    problem: &Problem<'_>,
-    model: &dyn ObservationModel,
+    semantics: &Semantics<'_, '_>,
     views: &[SemanticView],
     yaw: f64,
-) -> Result<Option<DVector<f64>>, ModelError> {
-    let dim = model.latent_dim();
+) -> Result<Option<DVector<f64>>, AnswerError> {
+    let dim = semantics.model.latent_dim();
     let mut posteriors = Vec::with_capacity(views.len());
     for view in views {
-        let crop = &problem.observations.detections[view.sighting.detection].masked_crop;
-        match unless_non_finite(model.encode(crop, &view.viewpoint.turned(-yaw)))? {
+        let crop = semantics.crop(&view.sighting);
+        match unless_non_finite(semantics.model.encode(crop, &view.viewpoint.turned(-yaw)))? {
             Some(posterior) if posterior.is_valid(dim) => posteriors.push(posterior),
             _ => return Ok(None),
         }
     }
-    Ok(Some(LatentGaussian::product(dim, &posteriors).mean))
+    let Information { precision, weighted_mean } = Information::of(dim, &posteriors);
+    Ok(Some(precision.map(f64::recip).component_mul(&weighted_mean)))
 }
 
 /// At most `most` views, evenly spread over their order.

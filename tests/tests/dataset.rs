@@ -7,8 +7,8 @@ use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
 use vantage_dataset::Camera;
-use vantage_dataset::layout::verify_layout;
 use vantage_dataset::store::read_episode;
+use vantage_formats::verify_layout;
 use vantage_tests::{Finished, SmallScene, assert_resumes, files};
 
 #[test]

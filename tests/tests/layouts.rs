@@ -3,9 +3,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use vantage_dataset::layout::verify_layout;
 use vantage_dataset::store::{read_episode, read_views};
 use vantage_dataset::{Seed, Split};
+use vantage_formats::verify_layout;
 use vantage_tests::{Finished, SmallScene, assert_resumes, bench};
 
 const CIRCLE: &str = "circle: { radius: 1.6 }\n  laps: 0.4\n  speed: 0.3\n  steps: 12";
@@ -216,8 +216,22 @@ fn killed_layouts_are_gone_on_with_to_the_same_bytes_and_those_of_other_scenes_r
 }
 
 #[test]
+fn a_run_that_was_killed_as_it_began_is_gone_on_with() {
+    for (format, scene) in [("bigbird", turntable()), ("avd", apartment(&[]))] {
+        let root = scene.path("d").join(format);
+        fs::create_dir_all(&root).unwrap();
+        for left in [".probe.tmp", "manifest.partial.json.tmp"] {
+            fs::write(root.join(left), "").unwrap();
+        }
+        dataset(&scene, format, "1").expect(0, &[]);
+        assert_eq!(verify_layout(&root).unwrap().shards.len(), 1, "{format}");
+    }
+}
+
+#[test]
 fn a_format_that_a_scene_does_not_have_is_refused() {
     let scene = SmallScene::new(&[]);
     dataset(&scene, "bigbird", "1").expect(2, &["--format bigbird", "turntable"]);
     dataset(&scene, "avd", "1").expect(2, &["--format avd", "grid"]);
+    assert!(!scene.path("d").exists(), "an empty folder is left");
 }

@@ -77,6 +77,33 @@ fn a_predictive_model_makes_the_semantic_rows_under_its_own_name() {
 }
 
 #[test]
+fn a_model_that_is_named_bears_its_folders_name_which_no_other_row_has() {
+    let scene = with_objective("viewpoint_dependent");
+    scene.run().expect(0, &[]);
+    let mut trained = fs::read_dir(scene.path("cache/entries/model")).expect("the trained model");
+    let trained = trained.next().expect("a model").expect("a folder").path();
+    let named = |name: &str| {
+        let folder = scene.path(name);
+        fs::create_dir(&folder).expect("a folder");
+        for file in fs::read_dir(&trained).expect("the model").map(|file| file.expect("a file")) {
+            if file.path().is_file() {
+                fs::copy(file.path(), folder.join(file.file_name())).expect("a copy");
+            }
+        }
+        Finished::of(scene.command().arg("--model").arg(&folder))
+    };
+    named("mine").expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/small/tables.md")).expect("tables");
+    assert!(tables.matches("| mine").count() > 5, "{tables}");
+    assert!(!tables.contains("viewpoint_dependent"), "{tables}");
+    assert!(scene.path("out/small/0/mine.tum").exists());
+    for taken in ["geometric", "pixels_pca64", "truth"] {
+        named(taken).expect(2, &["--model", taken, "rename the folder"]);
+    }
+    named("my model").expect(2, &["--model", "letters, digits", "rename the folder"]);
+}
+
+#[test]
 fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let scene = with_objective("contrastive");
     scene.run().expect(2, &["training.model", "viewpoint_dependent"]);

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::Split;
 use vantage_eval::pipeline::{Pipeline, RendererChoice, VIEW_CONDITIONS, views};
+use vantage_eval::progress::Progress;
 use vantage_eval::result::manifest::Host;
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_learn::{Manifest, Model, view_set_hash};
@@ -27,7 +28,7 @@ fn they_were_trained_as_every_scene_says() {
     for path in scenes() {
         let file: SceneFile = scene_file::read(&path).unwrap();
         let Some(Manifest { training, .. }) = manifest(&path, &file) else { continue };
-        let mut conditions = file.checked(&path).unwrap().view_conditions();
+        let mut conditions = file.checked(&path, &Progress::detect()).unwrap().view_conditions();
         if file.name == "sparse_loop_noisy" {
             assert!(conditions.camera.image.take().is_some() && conditions.detector.faults.take().is_some());
         }

@@ -2,7 +2,7 @@
 
 use super::error::Fault;
 use super::table::Table;
-use super::{episode, tum, views};
+use super::tables;
 use crate::{BoundingBox, Camera, Episode, Observations, Odometry, Pose, Symmetry, Truth, ViewSet};
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -62,28 +62,28 @@ impl<'a> Place<'a> {
 
 /// What the robot has, apart from truth.
 pub(super) fn observations(o: &Observations) -> Result<(), Fault> {
-    timestamps(&episode::TIMESTAMPS, &o.timestamps)?;
+    timestamps(&tables::TIMESTAMPS, &o.timestamps)?;
     camera(&o.camera)?;
-    Place::file(episode::CAMERA).require_pose(&o.robot_from_camera)?;
+    Place::file(tables::CAMERA).require_pose(&o.robot_from_camera)?;
     let pairs = o.steps().saturating_sub(1);
-    Place::file(episode::ODOMETRY.file).require(
+    Place::file(tables::ODOMETRY.file).require(
         o.odometry.len() == pairs,
         "rows",
         o.odometry.len(),
         &format!("{pairs}: one between consecutive steps"),
     )?;
     for (i, measured) in o.odometry.iter().enumerate() {
-        odometry(Place::row(&episode::ODOMETRY, i), i, measured)?;
+        odometry(Place::row(&tables::ODOMETRY, i), i, measured)?;
     }
     for (i, d) in o.detections.iter().enumerate() {
-        let place = Place::row(&episode::DETECTIONS, i);
+        let place = Place::row(&tables::DETECTIONS, i);
         place.require(d.step < o.steps(), "step", d.step, &format!("less than the {} steps", o.steps()))?;
         place.require(d.track <= LARGEST_INDEX, "track", d.track, &format!("at most {LARGEST_INDEX}"))?;
         bounding_box(place, &d.bounding_box)?;
         place.require(d.mask_pixels > 0, "mask_pixels", d.mask_pixels, "at least 1")?;
     }
     for (i, sighting) in o.landmarks.iter().enumerate() {
-        let place = Place::row(&episode::SIGHTINGS, i);
+        let place = Place::row(&tables::LANDMARK_SIGHTINGS, i);
         let steps = format!("less than the {} steps", o.steps());
         place.require(sighting.step < o.steps(), "step", sighting.step, &steps)?;
         let known = sighting.landmark <= LARGEST_INDEX;
@@ -95,7 +95,7 @@ pub(super) fn observations(o: &Observations) -> Result<(), Fault> {
     for (i, pair) in o.detections.windows(2).enumerate() {
         let [before, after] = [&pair[0], &pair[1]].map(|d| (d.step, d.track));
         let got = format!("{after:?} after {before:?}");
-        Place::row(&episode::DETECTIONS, i + 1).require(
+        Place::row(&tables::DETECTIONS, i + 1).require(
             before < after,
             "step, track",
             got,
@@ -124,7 +124,7 @@ pub(super) fn timestamps(table: &Table, timestamps: &[f64]) -> Result<(), Fault>
 }
 
 fn camera(camera: &Camera) -> Result<(), Fault> {
-    let place = Place::file(episode::CAMERA);
+    let place = Place::file(tables::CAMERA);
     let Camera { width, height, fx, fy, cx, cy } = *camera;
     let size = format!("{width} x {height}");
     place.require(width > 0 && height > 0, "width, height", size, "at least 1 pixel")?;
@@ -155,17 +155,17 @@ fn bounding_box(place: Place<'_>, b: &BoundingBox) -> Result<(), Fault> {
 /// What was true, apart from what was observed.
 pub(super) fn truth(t: &Truth) -> Result<(), Fault> {
     for (i, pose) in t.world_from_robot.iter().enumerate() {
-        Place::row(&tum::ROBOT, i).require_pose(pose)?;
+        Place::row(&tables::ROBOT, i).require_pose(pose)?;
     }
     for (i, object) in t.objects.iter().enumerate() {
-        let place = Place::row(&episode::OBJECTS, i);
+        let place = Place::row(&tables::OBJECTS, i);
         place.require_family(&object.family)?;
         place.require_pose(&object.world_from_object)?;
         let sized = object.size.is_finite() && object.size > 0.0;
         place.require(sized, "size", object.size, "positive and finite")?;
         place.require_symmetry(object.symmetry)?;
         if let Some(extents) = &object.extents {
-            let place = Place::row(&episode::EXTENTS, i);
+            let place = Place::row(&tables::EXTENTS, i);
             for lengths in [&extents.half_sides, &extents.semi_axes] {
                 let sized = lengths.iter().all(|length| length.is_finite() && *length > 0.0);
                 place.require(sized, "extents", format!("{lengths:?}"), "positive and finite")?;
@@ -173,10 +173,10 @@ pub(super) fn truth(t: &Truth) -> Result<(), Fault> {
         }
     }
     for (i, point) in t.landmarks.iter().enumerate() {
-        Place::row(&episode::LANDMARKS, i).require_finite(point.coords.as_slice(), "x, y, z")?;
+        Place::row(&tables::LANDMARKS, i).require_finite(point.coords.as_slice(), "x, y, z")?;
     }
     for (i, detection) in t.detections.iter().enumerate() {
-        let place = Place::row(&episode::DETECTION_TRUTHS, i);
+        let place = Place::row(&tables::DETECTION_TRUTHS, i);
         place.require_share(detection.visible_fraction, "visible_fraction")?;
     }
     Ok(())
@@ -187,17 +187,22 @@ pub(super) fn episode(e: &Episode) -> Result<(), Fault> {
     let Episode { observations: o, truth: t } = e;
     observations(o)?;
     truth(t)?;
-    one_each(&tum::ROBOT, t.world_from_robot.len(), o.steps(), "step")?;
-    one_each(&episode::DETECTION_TRUTHS, t.detections.len(), o.detections.len(), "detection")?;
+    one_each(&tables::ROBOT, t.world_from_robot.len(), o.steps(), "step")?;
+    one_each(&tables::DETECTION_TRUTHS, t.detections.len(), o.detections.len(), "detection")?;
     for (i, (d, truth)) in o.detections.iter().zip(&t.detections).enumerate() {
         let expected = format!("less than the {} objects where something is visible", t.objects.len());
         let known = d.track < t.objects.len() || truth.visible_fraction <= 0.0;
-        Place::row(&episode::DETECTIONS, i).require(known, "track", d.track, &expected)?;
+        Place::row(&tables::DETECTIONS, i).require(known, "track", d.track, &expected)?;
     }
     for (i, sighting) in o.landmarks.iter().enumerate() {
         let expected = format!("less than the {} landmarks", t.landmarks.len());
         let known = sighting.landmark < t.landmarks.len();
-        Place::row(&episode::SIGHTINGS, i).require(known, "landmark", sighting.landmark, &expected)?;
+        Place::row(&tables::LANDMARK_SIGHTINGS, i).require(
+            known,
+            "landmark",
+            sighting.landmark,
+            &expected,
+        )?;
     }
     Ok(())
 }
@@ -206,15 +211,14 @@ pub(super) fn episode(e: &Episode) -> Result<(), Fault> {
 pub(super) fn view_set(set: &ViewSet) -> Result<(), Fault> {
     let mut known = BTreeSet::new();
     for (i, instance) in set.instances.iter().enumerate() {
-        let place = Place::row(&views::INSTANCES, i);
-        let id = format!("{:016x}", instance.id.0);
-        place.require(known.insert(instance.id), "id", id, "an instance not listed before")?;
+        let place = Place::row(&tables::INSTANCES, i);
+        place.require(known.insert(instance.id), "id", instance.id, "an instance not listed before")?;
         place.require_family(&instance.family)?;
         place.require_symmetry(instance.symmetry)?;
     }
     let mut last = 0;
     for (i, view) in set.views.iter().enumerate() {
-        let place = Place::row(&views::VIEWS, i);
+        let place = Place::row(&tables::VIEWS, i);
         let expected = format!("from {last}, the row before, to less than the {} instances", known.len());
         let ordered = (last..known.len()).contains(&view.instance);
         place.require(ordered, "instance", view.instance, &expected)?;
@@ -229,7 +233,7 @@ pub(super) fn view_set(set: &ViewSet) -> Result<(), Fault> {
         place.require_share(view.visible_fraction, "visible_fraction")?;
         place.require_finite(&view.box_center_error, "box_center_error_x, _y")?;
         if let Some(sighting) = &view.sighting {
-            let (place, step) = (Place::file(views::SIGHTINGS.file), sighting.step);
+            let (place, step) = (Place::file(tables::VIEW_SIGHTINGS.file), sighting.step);
             place.require(step <= LARGEST_INDEX, "step", step, &format!("at most {LARGEST_INDEX}"))?;
             place.require_pose(&sighting.session_from_camera)?;
             place.require_finite(&sighting.ray, "ray_x, ray_y")?;

@@ -3,68 +3,24 @@
 use super::check;
 use super::error::{Fault, StoreError};
 use super::hashed_file::{Sink, make_folder, read_verified, sync_folder, write_hashed};
-use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_id, parse_symmetry, show_id, show_symmetry};
+use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_symmetry, show_symmetry};
 use super::manifest::{Content, Manifest, Provenance, read_manifest, withdraw};
 use super::npy::{read_crops, write_crops};
-use super::pose_fields::{from_fields, to_fields};
-use super::table::{Style, Table};
-use super::tum::{ROBOT, read_robot, write_tum};
+use super::pose_fields::{from_fields, pose_fields};
+use super::tables::{
+    BOXED_CROPS, CAMERA, DETECTION_TRUTHS, DETECTIONS, EXTENTS, LANDMARK_SIGHTINGS, LANDMARKS, MASKED_CROPS,
+    OBJECTS, ODOMETRY, ROBOT, TIMESTAMPS,
+};
+use super::tum::{read_robot, write_tum};
 use crate::{
-    BoundingBox, Camera, Crop, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth,
-    Observations, Odometry, Pose, Truth,
+    BoundingBox, Camera, Crop, Detection, DetectionTruth, Episode, Extents, InstanceId, LandmarkSighting,
+    ObjectTruth, Observations, Odometry, Pose, Truth,
 };
 use nalgebra::{Matrix6, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
-
-pub(super) const CAMERA: &str = "camera.json";
-const MASKED: &str = "crops_masked.npy";
-const BOXED: &str = "crops_boxed.npy";
-
-pub(super) const TIMESTAMPS: Table =
-    Table { file: "timestamps.csv", columns: &["step", "timestamp"], style: Style::Csv };
-
-pub(super) const DETECTIONS: Table = Table {
-    file: "detections.csv",
-    columns: &["step", "track", "min_x", "min_y", "max_x", "max_y", "mask_pixels"],
-    style: Style::Csv,
-};
-
-pub(super) const ODOMETRY: Table = Table {
-    file: "odometry.csv",
-    columns: &[
-        "from", "to", "tx", "ty", "tz", "qx", "qy", "qz", "qw", "c00", "c01", "c02", "c03", "c04", "c05",
-        "c11", "c12", "c13", "c14", "c15", "c22", "c23", "c24", "c25", "c33", "c34", "c35", "c44", "c45",
-        "c55",
-    ],
-    style: Style::Csv,
-};
-
-pub(super) const OBJECTS: Table = Table {
-    file: "truth/objects.csv",
-    columns: &["track", "instance", "family", "symmetry", "size", "tx", "ty", "tz", "qx", "qy", "qz", "qw"],
-    style: Style::Csv,
-};
-
-/// Where the extents of every object are known.
-pub(super) const EXTENTS: Table = Table {
-    file: "truth/extents.csv",
-    columns: &["track", "half_x", "half_y", "half_z", "semi_x", "semi_y", "semi_z"],
-    style: Style::Csv,
-};
-
-/// Where the world has landmarks.
-pub(super) const SIGHTINGS: Table =
-    Table { file: "landmarks.csv", columns: &["step", "landmark", "x", "y", "sigma"], style: Style::Csv };
-
-/// Where the world has landmarks.
-pub(super) const LANDMARKS: Table =
-    Table { file: "truth/landmarks.csv", columns: &["landmark", "x", "y", "z"], style: Style::Csv };
-
-pub(super) const DETECTION_TRUTHS: Table =
-    Table { file: "truth/detections.csv", columns: &["detection", "visible_fraction"], style: Style::Csv };
 
 /// `camera.json`.
 #[derive(Serialize, Deserialize)]
@@ -91,8 +47,8 @@ pub fn write_episode(
         files.insert(name.to_owned(), record);
         Ok::<_, StoreError>(())
     };
-    write(MASKED, &|sink| write_crops(sink, o.detections.iter().map(|d| &d.masked_crop)))?;
-    write(BOXED, &|sink| write_crops(sink, o.detections.iter().map(|d| &d.boxed_crop)))?;
+    write(MASKED_CROPS, &|sink| write_crops(sink, o.detections.iter().map(|d| &d.masked_crop)))?;
+    write(BOXED_CROPS, &|sink| write_crops(sink, o.detections.iter().map(|d| &d.boxed_crop)))?;
     write(CAMERA, &|sink| write_camera(sink, &o.camera, &o.robot_from_camera))?;
     write(TIMESTAMPS.file, &|sink| {
         TIMESTAMPS.write(sink, o.timestamps.iter().enumerate(), |row, (step, seconds)| {
@@ -112,18 +68,18 @@ pub fn write_episode(
         ODOMETRY.write(sink, &o.odometry, |row, measured| {
             row.put(measured.from)?;
             row.put(measured.to)?;
-            row.put_floats(&to_fields(&measured.robot_from_robot))?;
+            row.put_floats(&pose_fields(&measured.robot_from_robot))?;
             row.put_floats(&upper_triangle(&measured.covariance))
         })
     })?;
     write(OBJECTS.file, &|sink| {
         OBJECTS.write(sink, t.objects.iter().enumerate(), |row, (track, object)| {
             row.put(track)?;
-            row.put(show_id(object.instance))?;
+            row.put(object.instance)?;
             row.put(&object.family)?;
             row.put(show_symmetry(object.symmetry))?;
             row.put_floats([&object.size])?;
-            row.put_floats(&to_fields(&object.world_from_object))
+            row.put_floats(&pose_fields(&object.world_from_object))
         })
     })?;
     write(DETECTION_TRUTHS.file, &|sink| {
@@ -142,8 +98,8 @@ pub fn write_episode(
         })?;
     }
     if !t.landmarks.is_empty() {
-        write(SIGHTINGS.file, &|sink| {
-            SIGHTINGS.write(sink, &o.landmarks, |row, sighting| {
+        write(LANDMARK_SIGHTINGS.file, &|sink| {
+            LANDMARK_SIGHTINGS.write(sink, &o.landmarks, |row, sighting| {
                 row.put(sighting.step)?;
                 row.put(sighting.landmark)?;
                 row.put_floats(sighting.pixel.iter().chain([&sighting.sigma]))
@@ -231,7 +187,7 @@ fn observations(folder: &Path, manifest: &Manifest) -> Result<Observations, Stor
             read_crops(source, folder, name, record.bytes, rows.len())
         })
     };
-    let (masked, boxed) = (crops(MASKED)?, crops(BOXED)?);
+    let (masked, boxed) = (crops(MASKED_CROPS)?, crops(BOXED_CROPS)?);
     let detections = rows
         .into_iter()
         .zip(masked.into_iter().zip(boxed))
@@ -244,7 +200,7 @@ fn observations(folder: &Path, manifest: &Manifest) -> Result<Observations, Stor
             boxed_crop,
         })
         .collect();
-    let landmarks = manifest.read_table_if_listed(folder, &SIGHTINGS, |row| {
+    let landmarks = manifest.read_table_if_listed(folder, &LANDMARK_SIGHTINGS, |row| {
         let (step, landmark) = (row.take("a step")?, row.take("a landmark")?);
         let [x, y, sigma] = row.take_floats()?;
         Ok(LandmarkSighting { step, landmark, pixel: Vector2::new(x, y), sigma })
@@ -269,7 +225,7 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
     check::timestamps(&ROBOT, &timestamps).map_err(StoreError::invalid(folder))?;
     let mut objects = manifest.read_table(folder, &OBJECTS, |row| {
         row.take_index()?;
-        let instance = row.take_with(INSTANCE_ID, parse_id)?;
+        let instance = row.take_with(INSTANCE_ID, InstanceId::parse)?;
         let family = row.take("a name")?;
         let symmetry = row.take_with(SYMMETRY, parse_symmetry)?;
         let [size] = row.take_floats()?;
@@ -311,7 +267,7 @@ fn truth(folder: &Path, manifest: &Manifest) -> Result<(Vec<f64>, Truth), StoreE
 }
 
 fn write_camera(sink: &mut Sink, camera: &Camera, robot_from_camera: &Pose) -> io::Result<()> {
-    let file = CameraFile { intrinsics: *camera, robot_from_camera: to_fields(robot_from_camera) };
+    let file = CameraFile { intrinsics: *camera, robot_from_camera: pose_fields(robot_from_camera) };
     serde_json::to_writer_pretty(&mut *sink, &file)?;
     sink.write_all(b"\n")
 }

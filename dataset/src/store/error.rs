@@ -23,7 +23,8 @@ pub struct Fault {
 }
 
 impl Fault {
-    pub(crate) fn new(
+    /// A fault; of what was got the first 200 characters are kept.
+    pub fn new(
         file: &str,
         line: Option<u64>,
         field: impl Into<String>,
@@ -168,22 +169,26 @@ impl StoreError {
         }
     }
 
-    pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+    /// That `path` could not be written.
+    pub fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| Self::Write { path, source }
     }
 
-    pub(crate) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
+    /// That `path` could not be read.
+    pub fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| Self::Read { path, source }
     }
 
-    pub(crate) fn invalid(folder: &Path) -> impl FnOnce(Fault) -> Self {
+    /// That stored data in `folder` are not as the format says.
+    pub fn invalid(folder: &Path) -> impl FnOnce(Fault) -> Self {
         let folder = folder.to_owned();
         |fault| Self::Invalid { folder, fault: Box::new(fault) }
     }
 
-    pub(crate) fn unfit(folder: &Path) -> impl FnOnce(Fault) -> Self {
+    /// That what was to be written into `folder` breaks the format.
+    pub fn unfit(folder: &Path) -> impl FnOnce(Fault) -> Self {
         let folder = folder.to_owned();
         |fault| Self::Unfit { folder, fault: Box::new(fault) }
     }

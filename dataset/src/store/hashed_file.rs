@@ -1,7 +1,7 @@
 //! Files that are hashed while they are written and read.
 
 use super::error::{Fault, StoreError};
-use super::manifest::FileRecord;
+use super::file_record::FileRecord;
 use super::whole_file::{self, open_regular, read_regular, write_atomically};
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 const BUFFER: usize = 1 << 16;
 
 /// A stream that hashes and counts the bytes that pass.
-pub(crate) struct Hashing<F> {
+pub(super) struct Hashing<F> {
     inner: F,
     hasher: blake3::Hasher,
     bytes: u64,
@@ -54,7 +54,7 @@ impl<F: Read> Read for Hashing<F> {
 /// Where a file's bytes go.
 pub(super) type Sink = BufWriter<Hashing<File>>;
 /// Where a file's bytes come from.
-pub(crate) type Source = BufReader<Hashing<File>>;
+pub(super) type Source = BufReader<Hashing<File>>;
 
 /// Writes `path` with `fill`, to disk and not just to the system's buffers.
 pub(super) fn write_hashed(
@@ -74,7 +74,7 @@ pub(super) fn write_hashed(
 /// Parses `folder/name` in one pass and proves that the bytes parsed are those of `record`.
 ///
 /// Damage is told before what the parser makes of the damaged bytes.
-pub(crate) fn read_verified<T>(
+pub(super) fn read_verified<T>(
     folder: &Path,
     name: &str,
     record: &FileRecord,
@@ -97,8 +97,16 @@ pub(crate) fn read_verified<T>(
     parsed
 }
 
+/// Proves the size and hash of each file, by its path in the folder with `/`.
+pub fn verify_files<'a>(
+    folder: &Path,
+    files: impl IntoIterator<Item = (&'a String, &'a FileRecord)>,
+) -> Result<(), StoreError> {
+    files.into_iter().try_for_each(|(name, record)| read_verified(folder, name, record, |_| Ok(())))
+}
+
 /// Hashes a file that somebody else wrote, and sees it to disk.
-pub(crate) fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
+pub fn hash_and_sync(path: &Path) -> Result<FileRecord, StoreError> {
     let mut source = Hashing::new(open_regular(path).map_err(StoreError::read(path))?);
     let mut buffer = vec![0; BUFFER];
     while source.read(&mut buffer).map_err(StoreError::read(path))? > 0 {}
@@ -131,7 +139,7 @@ fn regular_file(folder: &Path, name: &str) -> Result<PathBuf, StoreError> {
 }
 
 /// Refuses a file name that could lead out of its folder.
-pub(crate) fn inside(name: &str) -> Result<(), Fault> {
+pub fn inside(name: &str) -> Result<(), Fault> {
     let plain = !name.is_empty()
         && !name.contains(['\\', ':', '\0', char::REPLACEMENT_CHARACTER])
         && name.split('/').all(|part| !part.is_empty())
@@ -141,22 +149,22 @@ pub(crate) fn inside(name: &str) -> Result<(), Fault> {
 }
 
 /// [`write_atomically`], with the path told where it fails.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_atomically(path, bytes).map_err(StoreError::write(path))
 }
 
 /// Makes the names in a folder outlive a power cut.
-pub(crate) fn sync_folder(folder: &Path) -> Result<(), StoreError> {
+pub fn sync_folder(folder: &Path) -> Result<(), StoreError> {
     whole_file::sync(folder).map_err(StoreError::write(folder))
 }
 
 /// Makes a folder and its parents.
-pub(crate) fn make_folder(folder: &Path) -> Result<(), StoreError> {
+pub fn make_folder(folder: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(folder).map_err(StoreError::write(folder))
 }
 
 /// Removes a file if it is there.
-pub(crate) fn remove_if_there(path: &Path) -> Result<(), StoreError> {
+pub fn remove_if_there(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(source) if source.kind() != ErrorKind::NotFound => Err(StoreError::write(path)(source)),
         _ => Ok(()),

@@ -1,20 +1,11 @@
-//! An instance's id and symmetry as text.
+//! An instance's symmetry as text, and what its fields expect.
 
-use crate::{InstanceId, Symmetry};
+use crate::Symmetry;
 
-/// What [`parse_id`] reads.
+/// What [`InstanceId::parse`](crate::InstanceId::parse) reads.
 pub(super) const INSTANCE_ID: &str = "16 hexadecimal digits";
 /// What [`parse_symmetry`] reads.
 pub(super) const SYMMETRY: &str = "none, revolution, or cyclic_ and an order up to 255";
-
-pub(crate) fn show_id(id: InstanceId) -> String {
-    format!("{:016x}", id.0)
-}
-
-pub(crate) fn parse_id(text: &str) -> Option<InstanceId> {
-    let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
-    digits.then(|| u64::from_str_radix(text, 16).ok().map(InstanceId))?
-}
 
 pub(super) fn show_symmetry(symmetry: Symmetry) -> String {
     match symmetry {

@@ -2,7 +2,8 @@
 
 use super::FORMAT;
 use super::error::{Fault, StoreError};
-use super::hashed_file::{inside, read_small, read_verified, remove_if_there, write_whole};
+use super::file_record::FileRecord;
+use super::hashed_file::{inside, read_small, read_verified, remove_if_there, verify_files, write_whole};
 use super::table::{Row, Table};
 use crate::{Seed, Split};
 use serde::de::DeserializeOwned;
@@ -49,16 +50,6 @@ pub enum Content {
         /// The split all its instances belong to.
         split: Split,
     },
-}
-
-/// Size and hash of a file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FileRecord {
-    /// Length.
-    pub bytes: u64,
-    /// BLAKE3 of the content, 64 hexadecimal digits.
-    pub blake3: String,
 }
 
 impl Manifest {
@@ -157,7 +148,7 @@ pub fn read_manifest(folder: &Path) -> Result<Manifest, StoreError> {
         }
         other => other,
     };
-    let manifest: Manifest = read_json(folder, NAME).map_err(missing)?;
+    let manifest: Manifest = read_json(folder, NAME, FORMAT).map_err(missing)?;
     let seal = manifest.computed_seal();
     if manifest.seal != seal {
         let (got, expected) = (format!("blake3 {seal}"), format!("its seal, {}", manifest.seal));
@@ -174,33 +165,29 @@ pub fn verify(folder: &Path) -> Result<Manifest, StoreError> {
     Ok(manifest)
 }
 
-/// Proves the size and hash of each file.
-pub(super) fn verify_files(folder: &Path, files: &BTreeMap<String, FileRecord>) -> Result<(), StoreError> {
-    files.iter().try_for_each(|(name, record)| read_verified(folder, name, record, |_| Ok(())))
-}
-
 /// Writes a manifest as indented JSON, whole or not at all.
-pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
     let mut text = serde_json::to_vec_pretty(value).map_err(|e| StoreError::write(path)(e.into()))?;
     text.push(b'\n');
     write_whole(path, &text)
 }
 
-/// Reads a manifest, and tells one of a newer format from one that is broken.
-pub(crate) fn read_json<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<T, StoreError> {
+/// Reads a manifest of a format up to `newest`, and tells one of a newer format from one that is broken.
+pub fn read_json<T: DeserializeOwned>(folder: &Path, name: &str, newest: u32) -> Result<T, StoreError> {
     let path = folder.join(name);
     let text = read_small(&path, LIMIT)?;
     let broken = |e: serde_json::Error| {
-        let fault = Fault::new(name, Some(e.line() as u64), format!("column {}", e.column()), e, "format 1");
+        let (line, column) = (Some(e.line() as u64), format!("column {}", e.column()));
+        let fault = Fault::new(name, line, column, e, format!("format {newest}"));
         StoreError::invalid(folder)(fault)
     };
     let value: Value = serde_json::from_slice(&text).map_err(broken)?;
     match value.get("format").and_then(Value::as_u64) {
-        Some(found) if found > u64::from(FORMAT) => Err(StoreError::Newer { path, found, supported: FORMAT }),
-        Some(found) if found == u64::from(FORMAT) => serde_json::from_slice(&text).map_err(broken),
+        Some(found) if found > u64::from(newest) => Err(StoreError::Newer { path, found, supported: newest }),
+        Some(1..) => serde_json::from_slice(&text).map_err(broken),
         found => {
             let got = found.map_or("nothing".to_owned(), |found| found.to_string());
-            Err(StoreError::invalid(folder)(Fault::new(name, None, "format", got, FORMAT.to_string())))
+            Err(StoreError::invalid(folder)(Fault::new(name, None, "format", got, newest.to_string())))
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::Pose;
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 /// The numbers of a pose, metres and unit quaternion.
-pub(crate) fn to_fields(pose: &Pose) -> [f64; 7] {
+pub fn pose_fields(pose: &Pose) -> [f64; 7] {
     let (t, q) = (pose.translation.vector, pose.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
 }

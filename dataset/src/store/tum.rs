@@ -1,20 +1,13 @@
 //! Trajectories in the TUM format: `timestamp tx ty tz qx qy qz qw`, seconds, metres, unit quaternion.
 
 use super::error::{Fault, StoreError};
+use super::file_record::FileRecord;
 use super::hashed_file::{Sink, Source, write_hashed};
-use super::manifest::FileRecord;
-use super::pose_fields::{from_fields, to_fields};
-use super::table::{Style, Table};
+use super::pose_fields::{from_fields, pose_fields};
+use super::tables::ROBOT;
 use crate::Pose;
 use std::io;
 use std::path::Path;
-
-/// The robot's true trajectory in an episode's folder.
-pub(super) const ROBOT: Table = Table {
-    file: "truth/robot.tum",
-    columns: &["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"],
-    style: Style::Tum,
-};
 
 /// Writes a trajectory that evo and the TUM RGB-D tools read: `poses[i]` (`world_from_robot`) at `timestamps[i]`.
 ///
@@ -26,11 +19,11 @@ pub fn write_tum(path: &Path, timestamps: &[f64], poses: &[Pose]) -> Result<File
 fn write_rows(sink: &mut Sink, timestamps: &[f64], poses: &[Pose]) -> io::Result<()> {
     ROBOT.write(sink, timestamps.iter().zip(poses), |row, (timestamp, pose)| {
         row.put_floats([timestamp])?;
-        row.put_floats(&to_fields(pose))
+        row.put_floats(&pose_fields(pose))
     })
 }
 
-/// Reads [`ROBOT`].
+/// Reads the robot's true trajectory.
 pub(super) fn read_robot(folder: &Path, source: &mut Source) -> Result<(Vec<f64>, Vec<Pose>), StoreError> {
     let rows = ROBOT.read(folder, source, |row| -> Result<_, Fault> {
         let [timestamp] = row.take_floats()?;

@@ -3,45 +3,16 @@
 use super::check;
 use super::error::StoreError;
 use super::hashed_file::{make_folder, read_verified, write_hashed};
-use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_id, parse_symmetry, show_id, show_symmetry};
+use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_symmetry, show_symmetry};
 use super::manifest::{Content, Manifest, Provenance, read_manifest, withdraw};
 use super::npy::{read_crops, write_crops};
-use super::pose_fields::{from_fields, to_fields};
-use super::table::{Style, Table};
+use super::pose_fields::{from_fields, pose_fields};
+use super::tables::{CROPS, INSTANCES, VIEW_SIGHTINGS, VIEWS};
 use crate::views::InstanceRecord;
-use crate::{Sighting, View, ViewSet, Viewpoint};
+use crate::{InstanceId, Sighting, View, ViewSet, Viewpoint};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-const CROPS: &str = "crops.npy";
-
-pub(super) const INSTANCES: Table =
-    Table { file: "instances.csv", columns: &["instance", "id", "family", "symmetry"], style: Style::Csv };
-
-pub(super) const VIEWS: Table = Table {
-    file: "views.csv",
-    columns: &[
-        "instance",
-        "session",
-        "direction_x",
-        "direction_y",
-        "direction_z",
-        "roll",
-        "log_distance",
-        "visible_fraction",
-        "box_center_error_x",
-        "box_center_error_y",
-    ],
-    style: Style::Csv,
-};
-
-/// Rows only for the views that have a sighting; the file only where there are any.
-pub(super) const SIGHTINGS: Table = Table {
-    file: "sightings.csv",
-    columns: &["view", "step", "tx", "ty", "tz", "qx", "qy", "qz", "qw", "ray_x", "ray_y", "angular_size"],
-    style: Style::Csv,
-};
 
 /// Writes a view set into `folder`, which is made if need be; what it held of a view set is replaced.
 pub fn write_views(folder: &Path, set: &ViewSet, provenance: Provenance) -> Result<Manifest, StoreError> {
@@ -53,7 +24,7 @@ pub fn write_views(folder: &Path, set: &ViewSet, provenance: Provenance) -> Resu
     let instances = write_hashed(&folder.join(INSTANCES.file), |sink| {
         INSTANCES.write(sink, set.instances.iter().enumerate(), |row, (i, instance)| {
             row.put(i)?;
-            row.put(show_id(instance.id))?;
+            row.put(instance.id)?;
             row.put(&instance.family)?;
             row.put(show_symmetry(instance.symmetry))
         })
@@ -71,16 +42,16 @@ pub fn write_views(folder: &Path, set: &ViewSet, provenance: Provenance) -> Resu
     let mut files: BTreeMap<_, _> = files.map(|(name, record)| (name.to_owned(), record)).into();
     let sighted = || set.views.iter().enumerate().filter_map(|(i, view)| Some((i, view.sighting.as_ref()?)));
     if sighted().next().is_some() {
-        let record = write_hashed(&folder.join(SIGHTINGS.file), |sink| {
-            SIGHTINGS.write(sink, sighted(), |row, (view, sighting)| {
+        let record = write_hashed(&folder.join(VIEW_SIGHTINGS.file), |sink| {
+            VIEW_SIGHTINGS.write(sink, sighted(), |row, (view, sighting)| {
                 row.put(view)?;
                 row.put(sighting.step)?;
-                row.put_floats(&to_fields(&sighting.session_from_camera))?;
+                row.put_floats(&pose_fields(&sighting.session_from_camera))?;
                 row.put_floats(&sighting.ray)?;
                 row.put_floats([&sighting.angular_size])
             })
         })?;
-        files.insert(SIGHTINGS.file.to_owned(), record);
+        files.insert(VIEW_SIGHTINGS.file.to_owned(), record);
     }
     let counts = [("instances", set.instances.len()), ("views", set.views.len())];
     Manifest::new(Content::Views { split: set.split }, counts, files, provenance).commit(folder)
@@ -95,7 +66,7 @@ pub fn read_views(folder: &Path) -> Result<ViewSet, StoreError> {
     let instances = manifest.read_table(folder, &INSTANCES, |row| {
         row.take_index()?;
         Ok(InstanceRecord {
-            id: row.take_with(INSTANCE_ID, parse_id)?,
+            id: row.take_with(INSTANCE_ID, InstanceId::parse)?,
             family: row.take("a name")?,
             symmetry: row.take_with(SYMMETRY, parse_symmetry)?,
         })
@@ -114,7 +85,7 @@ pub fn read_views(folder: &Path) -> Result<ViewSet, StoreError> {
         read_crops(source, folder, CROPS, record.bytes, rows.len())
     })?;
     let mut sightings = vec![None; rows.len()];
-    let listed = manifest.read_table_if_listed(folder, &SIGHTINGS, |row| {
+    let listed = manifest.read_table_if_listed(folder, &VIEW_SIGHTINGS, |row| {
         let view: usize =
             row.take_with("the number of a view", |text| text.parse().ok().filter(|i| *i < rows.len()))?;
         let step = row.take("a step")?;

@@ -5,6 +5,7 @@ use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
 use crate::command::exit::Exit;
 use crate::gate::{Machine, comparable, compare};
+use crate::pipeline::Naming;
 use crate::result::grid::Style;
 use crate::result::results_file::Results;
 use crate::scene_file::{self, SceneFile};
@@ -16,7 +17,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = args.baseline.join(&scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
-    let fresh = line(&args.scene, &args.stages)?;
+    let fresh = line(&args.scene, &args.stages, Naming::Kind)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::Terminal))?;
     let there = Machine::read(&folder);

@@ -21,8 +21,9 @@ use crate::score::entry::EntryError;
 use crate::score::pairs::PairsError;
 use std::path::PathBuf;
 use thiserror::Error;
-use vantage_dataset::layout::ImportError;
 use vantage_dataset::store::StoreError;
+use vantage_formats::ImportError;
+use vantage_model::AnswerError;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
 
@@ -53,6 +54,9 @@ pub enum BenchError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// See [`AnswerError`].
+    #[error("observation model: {0}")]
+    Answer(#[from] AnswerError),
     /// See [`FigureError`].
     #[error(transparent)]
     Figure(#[from] FigureError),

@@ -74,7 +74,7 @@ impl BenchError {
             Self::Run(RunError::NothingSeen { .. } | RunError::NothingAnswered { .. })
             | Self::Validation(ValidationError::NothingSeen { .. })
             | Self::Gate(GateError::Nothing) => Exit::NothingEvaluated,
-            Self::Import(_) | Self::Model(_) | Self::Results(_) => Exit::StoredDataInvalid,
+            Self::Import(_) | Self::Model(_) | Self::Answer(_) | Self::Results(_) => Exit::StoredDataInvalid,
             Self::Output(_) | Self::Stdout(_) => Exit::CannotWrite,
             #[cfg(feature = "rerun")]
             Self::Recording(error) => match error {
@@ -107,6 +107,7 @@ fn of_stage(error: &StageError) -> Exit {
         | StageError::NothingHeldOut { .. } => Exit::BadInput,
         StageError::Render(_) => Exit::MissingCapability,
         StageError::Model(_)
+        | StageError::Answer(_)
         | StageError::StoredAnswers { .. }
         | StageError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
         StageError::Output(_) => Exit::CannotWrite,

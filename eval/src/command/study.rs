@@ -14,12 +14,11 @@ use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
 use crate::result::results_file::Results;
-use crate::result::row_name::LATENTS;
 use crate::result::table::{Outcome, Run, Table};
 use crate::result::table_text;
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, VariantError};
-use crate::score::unseen::Unseen;
+use crate::score::embedding::Scores;
 use crate::score::unseen_table::{OF_LATENTS, TABLES, UnseenTable};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -103,10 +102,11 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
                 }
             };
             for ((table, runs), floor) in TABLES.iter().zip(&mut runs).zip(&mut floors) {
-                if let Some(name) = table.floor().filter(|_| floor.is_empty()) {
-                    *floor = mean_scores(table, &scored, name);
+                if floor.is_empty() {
+                    *floor = mean_scores(table, scored.iter().filter_map(|on| on.floor.get(table.name)));
                 }
-                runs.push(run(&variant.name, seed, mean_scores(table, &scored, LATENTS)));
+                let scores = mean_scores(table, scored.iter().filter_map(|on| on.model.get(table.name)));
+                runs.push(run(&variant.name, seed, scores));
             }
         }
         manifest.took(&variant.name, started.elapsed());
@@ -156,16 +156,12 @@ fn run(method: &str, seed: Seed, scores: BTreeMap<Metric, f64>) -> Run {
 }
 
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
-fn mean_scores(table: &UnseenTable, unseen: &[Unseen], method: &str) -> BTreeMap<Metric, f64> {
-    let of_method = || {
-        let runs = unseen.iter().flat_map(|set| set.runs.get(table.name).into_iter().flatten());
-        runs.filter(|run| run.method == method)
-    };
-    let sets = of_method().count() as f64;
+fn mean_scores<'a>(table: &UnseenTable, sets: impl Iterator<Item = &'a Scores>) -> Scores {
+    let sets: Vec<&Scores> = sets.collect();
     let mean = |metric: Metric| {
-        let scores: Option<Vec<f64>> = of_method().map(|run| run.scores.get(&metric).copied()).collect();
+        let scores: Option<Vec<f64>> = sets.iter().map(|scores| scores.get(&metric).copied()).collect();
         let scores = scores.filter(|scores| !scores.is_empty())?;
-        Some((metric, scores.iter().sum::<f64>() / sets))
+        Some((metric, scores.iter().sum::<f64>() / sets.len() as f64))
     };
     table.metrics().iter().copied().filter_map(mean).collect()
 }

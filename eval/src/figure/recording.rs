@@ -25,11 +25,11 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::store::rename_durably;
 use vantage_dataset::{Camera, Pose};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::error::SimError;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::{NO_OBJECT, Placement, Renderer};
 use vantage_sim::rollout::Rollout;
-use vantage_sim::scene::CheckedScene;
 use vantage_slam::initial::dead_reckoning;
 
 const IMAGE: &str = "world/robot/camera/image";

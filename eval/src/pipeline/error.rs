@@ -9,6 +9,7 @@ use crate::score::pairs::PairsError;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::store::StoreError;
+use vantage_model::AnswerError;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
 use vantage_slam::EstimateError;
@@ -34,6 +35,9 @@ pub enum StageError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// See [`AnswerError`].
+    #[error("observation model: {0}")]
+    Answer(#[from] AnswerError),
     /// See [`ModelRefusal`].
     #[error(transparent)]
     Refused(#[from] ModelRefusal),

@@ -1,168 +1,233 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
+use super::stage_cache::StageCache;
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
 use crate::result::table::Outcome;
+use crate::scene_file::estimator::EstimatorSpec;
+use crate::scene_file::row::Row;
 use crate::score::object::ObjectEstimate;
-use nalgebra::{Point3, UnitQuaternion};
+use nalgebra::{Matrix3, Matrix6, Point3, UnitQuaternion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::cell::OnceCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use vantage_dataset::store::{Key, read_observations};
-use vantage_dataset::{Pose, Seed};
-use vantage_slam::{Estimate, EstimateError, EstimatorSpec, Outcome as Ending, Row, estimate};
+use vantage_dataset::{Observations, Pose, Seed};
+use vantage_slam::{Estimate, EstimateError, ObjectEstimate as EstimatedObject, Outcome as Ending};
 
-const FILE: &str = "answers.json";
+const FILE: &str = "answer.json";
+
+/// A row of the table of trajectories, and what it is of.
+#[derive(Clone, Copy)]
+pub struct Method<'m> {
+    /// The estimator.
+    pub row: Row,
+    /// What it reads crops by.
+    pub model: &'m LoadedModel,
+}
+
+impl Method<'_> {
+    /// Its name: the model's, of an estimator that there is one of for each.
+    pub fn name(&self) -> String {
+        if self.row.is_of_model() { self.model.name.clone() } else { self.row.to_string() }
+    }
+}
+
+/// The methods of a scene's rows: one for each model of a row of models, one of any other, by the first model.
+pub fn methods<'m>(rows: &[Row], models: &'m [LoadedModel]) -> Vec<Method<'m>> {
+    let of_row = |&row: &Row| {
+        let of = if row.is_of_model() { models } else { &models[..models.len().min(1)] };
+        of.iter().map(move |model| Method { row, model })
+    };
+    rows.iter().flat_map(of_row).collect()
+}
 
 #[derive(Serialize)]
 struct Inputs<'a> {
     code: &'static str,
     episode: &'a str,
     model: &'a str,
-    spec: &'a EstimatorSpec,
+    /// With one row.
+    spec: EstimatorSpec,
 }
 
-/// What one row's estimator answered on one seed.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// What one method answered on one seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
-    /// The row.
-    pub row: Row,
     /// How it ended.
     pub outcome: Outcome,
     /// The robot's pose at each step; empty where there is no answer.
     pub world_from_robot: Vec<Pose>,
-    /// The objects by track, with their orientation where the row has one.
+    /// Covariance of the right perturbation of each pose, rotation first; `None` where not asked for or not defined.
+    pub pose_covariances: Option<Vec<Matrix6<f64>>>,
+    /// The objects by track.
     pub objects: Vec<Option<StoredObject>>,
     /// Detections whose crop could not be used.
     pub dropped: usize,
 }
 
-/// A seed and the answers of all rows.
-pub type SeedAnswers = (Seed, Vec<Answer>);
-
-/// An object as it is stored.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+/// An object as it is stored; orientation and latent are those of a semantic estimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoredObject {
-    position: Point3<f64>,
-    rotation: Option<UnitQuaternion<f64>>,
+    /// Its centre in the world, metres.
+    pub position: Point3<f64>,
+    /// Covariance of the position, world axes.
+    pub position_covariance: Option<Matrix3<f64>>,
+    /// `world_from_object`.
+    pub rotation: Option<UnitQuaternion<f64>>,
+    /// Covariance of the rotation's right perturbation.
+    pub rotation_covariance: Option<Matrix3<f64>>,
+    /// By how much the second mode of the orientation is worse, nats; `None` where there was no other.
+    pub margin: Option<f64>,
+    /// P(e | H): means, then variances.
+    pub latent: Option<[Vec<f64>; 2]>,
+}
+
+impl From<&EstimatedObject> for StoredObject {
+    fn from(object: &EstimatedObject) -> Self {
+        Self {
+            position: Point3::from(object.position),
+            position_covariance: object.position_covariance,
+            rotation: object.orientation.map(|orientation| orientation.world_from_object),
+            rotation_covariance: object.orientation.and_then(|orientation| orientation.covariance),
+            margin: object.orientation.map(|orientation| orientation.margin).filter(|nats| nats.is_finite()),
+            latent: object.latent.as_ref().map(|e| [&e.mean, &e.variance].map(|v| v.as_slice().to_vec())),
+        }
+    }
 }
 
 impl Answer {
     /// The objects as the scores take them, one a true object.
     pub fn scored_objects(&self, objects: usize) -> Vec<Option<ObjectEstimate>> {
         let object = |index: usize| {
-            let object = (*self.objects.get(index)?)?;
+            let object = self.objects.get(index)?.as_ref()?;
             Some(ObjectEstimate { center_in_world: object.position, rotation: object.rotation })
         };
         (0..objects).map(object).collect()
     }
 
-    fn new(estimate: &Estimate) -> Self {
+    fn new(estimate: Estimate) -> Self {
         let dropped = estimate.dropped_detections;
         Self {
-            row: estimate.row,
             outcome: match estimate.outcome {
                 Ending::Converged => Outcome::Done,
                 ending => Outcome::Flagged(ending.to_string()),
             },
-            world_from_robot: estimate.world_from_robot.clone(),
-            objects: estimate
-                .objects
-                .iter()
-                .map(|object| {
-                    object.as_ref().map(|object| StoredObject {
-                        position: Point3::from(object.position),
-                        rotation: object.orientation.map(|o| o.world_from_object),
-                    })
-                })
-                .collect(),
+            world_from_robot: estimate.world_from_robot,
+            pose_covariances: estimate.pose_covariances,
+            objects: estimate.objects.iter().map(|object| object.as_ref().map(StoredObject::from)).collect(),
             dropped: dropped.non_finite + dropped.undefined_viewpoint,
         }
     }
 
-    fn failed(row: Row, reason: String) -> Self {
+    fn failed(reason: String) -> Self {
         Self {
-            row,
             outcome: Outcome::Failed(reason),
             world_from_robot: Vec::new(),
+            pose_covariances: None,
             objects: Vec::new(),
             dropped: 0,
         }
     }
 }
 
-/// The answers of all rows on all seeds, seeds in parallel; the result does not depend on how many threads there are.
+/// The answers on a seed, in the order of the methods.
+pub type SeedAnswers = (Seed, Vec<Answer>);
+
+/// The answers of all methods on all seeds, seeds in parallel; the result does not depend on how many threads there are.
 pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
-    model: &LoadedModel,
+    methods: &[Method<'_>],
 ) -> Result<Vec<SeedAnswers>, StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
     let cache = &pipeline.cache;
-    episodes
-        .par_iter()
-        .map(|(seed, episode)| {
-            let answers = match episode {
-                Err(reason) => spec.rows.iter().map(|&row| Answer::failed(row, reason.clone())).collect(),
-                Ok(episode) => {
-                    let inputs =
-                        Inputs { code: code::ESTIMATED, episode: &episode.seal, model: &model.hash, spec };
-                    let key = Key::new("estimate", &inputs)?;
-                    cache.json(&key, FILE, || answer(episode, model, spec))?
-                }
-            };
-            stage.advance(1);
-            Ok((*seed, answers))
-        })
-        .collect()
+    let on_seed = |(seed, episode): &SeedEpisode| {
+        let answers = match episode {
+            Err(reason) => methods.iter().map(|_| Answer::failed(reason.clone())).collect(),
+            Ok(episode) => {
+                // Read where the cache lacks an answer.
+                let observations = OnceCell::new();
+                let stored = |method| answered(cache, episode, &observations, method, spec);
+                methods.iter().map(stored).collect::<Result<_, _>>()?
+            }
+        };
+        stage.advance(1);
+        Ok((*seed, answers))
+    };
+    episodes.par_iter().map(on_seed).collect()
+}
+
+/// The answer of a method on an episode, from the cache where that has it.
+fn answered(
+    cache: &StageCache,
+    episode: &EpisodeFolder,
+    observations: &OnceCell<Observations>,
+    method: &Method<'_>,
+    spec: &EstimatorSpec,
+) -> Result<Answer, StageError> {
+    let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
+    let (code, model) = (code::ESTIMATED, method.model.model.hash());
+    let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, spec: of_row })?;
+    cache.json(&key, FILE, || {
+        let observations = match observations.get() {
+            Some(observations) => observations,
+            None => {
+                let read = read_observations(&episode.folder)?;
+                observations.get_or_init(|| read)
+            }
+        };
+        answer(observations, method, spec)
+    })
 }
 
 /// What a row that panicked says.
 pub const PANICKED: &str = "panicked, which is a bug in the estimator";
 
-/// A row whose model fails on a crop, or that panics, has failed on the seed; the other rows stand.
+/// A method whose model fails on a crop, or that panics, has failed on the seed; the others stand.
 fn answer(
-    episode: &EpisodeFolder,
-    model: &LoadedModel,
+    observations: &Observations,
+    method: &Method<'_>,
     spec: &EstimatorSpec,
-) -> Result<Vec<Answer>, StageError> {
-    let observations = read_observations(&episode.folder)?;
-    spec.rows
-        .iter()
-        .map(|&row| {
-            let run = || estimate(&observations, row, Some(&model.model), spec);
-            match catch_unwind(AssertUnwindSafe(run)) {
-                Ok(Ok(estimate)) => Ok(Answer::new(&estimate)),
-                Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(row, error.to_string())),
-                Ok(Err(error)) => Err(error.into()),
-                Err(_) => Ok(Answer::failed(row, PANICKED.to_owned())),
-            }
-        })
-        .collect()
+) -> Result<Answer, StageError> {
+    let estimator = method.row.estimator(&spec.settings(), method.model.viewing());
+    match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
+        Ok(Ok(estimate)) => Ok(Answer::new(estimate)),
+        Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(error.to_string())),
+        Ok(Err(error)) => Err(error.into()),
+        Err(_) => Ok(Answer::failed(PANICKED.to_owned())),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     #[test]
     fn answers_round_trip_to_the_bit() {
-        let pose = Pose::rotation(nalgebra::Vector3::new(0.1, 0.2, 0.3));
+        let pose = Pose::rotation(Vector3::new(0.1, 0.2, 0.3));
+        let object = StoredObject {
+            position: Point3::new(0.1, 0.2, 0.3),
+            position_covariance: Some(Matrix3::from_fn(|i, j| 1.0 / (3 + i + 7 * j) as f64)),
+            rotation: Some(pose.rotation),
+            rotation_covariance: None,
+            margin: Some(1.0 / 3.0),
+            latent: Some([vec![0.1, -0.2], vec![1.0 / 7.0, 1e-300]]),
+        };
         let answer = Answer {
-            row: Row::Geometric,
             outcome: Outcome::Done,
             world_from_robot: vec![pose],
-            objects: vec![
-                None,
-                Some(StoredObject { position: Point3::new(0.1, 0.2, 0.3), rotation: Some(pose.rotation) }),
-            ],
+            pose_covariances: Some(vec![Matrix6::from_fn(|i, j| 1.0 / (1 + i + 5 * j) as f64)]),
+            objects: vec![None, Some(object)],
             dropped: 1,
         };
         let json = serde_json::to_string(&answer).unwrap();
         let read: Answer = serde_json::from_str(&json).unwrap();
+        assert_eq!(read, answer);
         assert_eq!(serde_json::to_string(&read).unwrap(), json);
-        assert_eq!(read.world_from_robot[0].rotation.coords, pose.rotation.coords);
     }
 }

@@ -9,7 +9,6 @@ mod error;
 mod estimates;
 mod model;
 mod model_error;
-mod observation_model;
 mod stage_cache;
 #[cfg(feature = "train")]
 mod study;
@@ -22,10 +21,9 @@ mod views;
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use error::StageError;
-pub use estimates::{Answer, PANICKED, SeedAnswers, estimates};
-pub use model::{LoadedModel, any_model, caveat, check_unseen, chosen_model, model};
+pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
+pub use model::{LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, model, models};
 pub use model_error::ModelRefusal;
-pub use observation_model::TractModel;
 #[cfg(feature = "train")]
 pub use study::{
     StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,
@@ -42,9 +40,9 @@ use crate::scene_file::{self, SceneFile};
 use stage_cache::StageCache;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::render::choice::{Opened, open};
 use vantage_sim::render::{Renderer, RendererInfo};
-use vantage_sim::scene::CheckedScene;
 
 /// A scene on its way through the stages.
 pub struct Pipeline {
@@ -68,8 +66,8 @@ impl Pipeline {
     /// Reads and checks the scene, and opens the cache and the renderer.
     pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, StageError> {
         let file: SceneFile = scene_file::read(path)?;
-        let scene = file.checked(path)?;
         let progress = Progress::detect();
+        let scene = file.checked(path, &progress)?;
         let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {
             progress.note(&notice);

@@ -1,26 +1,32 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
-use super::{ModelRefusal, Pipeline, StageError, TractModel, VIEW_CONDITIONS};
+use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
+use crate::result::row_name::{folder_name, kind_name, reserved_names};
 use crate::scene_file;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};
-use vantage_learn::{Kind, Model, Role};
+use vantage_learn::{Kind, Model, Role, Viewing};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
-    /// The model.
-    pub model: TractModel,
+    /// The model, one of looks from viewpoints.
+    pub model: Model,
+    /// The name of its rows.
+    pub name: String,
     /// Its folder.
     pub folder: PathBuf,
-    /// What identifies it.
-    pub hash: String,
 }
 
 impl LoadedModel {
+    /// The model as the estimator takes it.
+    pub fn viewing(&self) -> &dyn Viewing {
+        self.model.viewing().expect("`load` refuses other models")
+    }
+
     /// Refuses to score instances that the model has seen.
     pub fn check_unseen(&self, scored: impl IntoIterator<Item = InstanceId>) -> Result<(), StageError> {
-        check_unseen(self.model.inner().training_instances(), &self.folder, scored)
+        check_unseen(self.model.training_instances(), &self.folder, scored)
     }
 
     /// Likewise, all instances of a view set.
@@ -55,6 +61,47 @@ pub fn chosen_model(
     }
 }
 
+/// What the rows of models that the user names are called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Naming {
+    /// After their folders.
+    Folder,
+    /// After their kinds, as those of a scene's own model: to be compared with them.
+    Kind,
+}
+
+/// Loads the models in the folders that the user `named`, the scene's own where there is none, or trains one. Their rows' names
+/// differ from each other, from those of the scene's other rows, and from `others`.
+pub fn models(
+    pipeline: &Pipeline,
+    train: bool,
+    named: &[PathBuf],
+    naming: Naming,
+    others: &[&str],
+) -> Result<Vec<LoadedModel>, StageError> {
+    if train || named.is_empty() {
+        return Ok(vec![model(pipeline, chosen_model(pipeline, train, None)?.as_deref())?]);
+    }
+    let mut taken = reserved_names();
+    taken.extend(others.iter().map(|&name| name.to_owned()));
+    let name_of = |folder: &Path, kind: String| match naming {
+        Naming::Kind => Ok(kind),
+        Naming::Folder => {
+            folder_name(folder).ok_or_else(|| ModelRefusal::Unnamed { folder: folder.to_owned() })
+        }
+    };
+    let load = |folder: &PathBuf| {
+        let loaded = model(pipeline, chosen_model(pipeline, false, Some(folder))?.as_deref())?;
+        let name = name_of(folder, loaded.name.clone())?;
+        if taken.contains(&name) {
+            return Err(ModelRefusal::Named { folder: folder.clone(), name }.into());
+        }
+        taken.push(name.clone());
+        Ok(LoadedModel { name, ..loaded })
+    };
+    named.iter().map(load).collect()
+}
+
 /// Loads the model in `folder`, or trains one where that is `None`.
 pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, StageError> {
     if folder.is_none() && !pipeline.file.training.model.is_viewing() {
@@ -81,20 +128,20 @@ fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBu
 
 fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
     let model = loaded(pipeline, folder)?;
-    let (hash, kind) = (model.hash().to_owned(), model.manifest().kind);
-    let model = TractModel::new(model)
-        .ok_or_else(|| ModelRefusal::NotViewing { folder: folder.to_owned(), kind })?
-        .map_err(vantage_slam::EstimateError::from)?;
+    let kind = model.manifest().kind;
+    if model.viewing().is_none() {
+        return Err(ModelRefusal::NotViewing { folder: folder.to_owned(), kind }.into());
+    }
     let jacobian = match kind {
         Kind::ViewpointPredictive => Role::PredictorJacobian,
         _ => Role::DecoderJacobian,
     };
-    if !model.inner().manifest().graphs.contains_key(&jacobian) {
+    if !model.manifest().graphs.contains_key(&jacobian) {
         let what =
             format!("has no graph {jacobian}: derivatives are by central differences, many times slower");
         note(pipeline, folder, &what);
     }
-    Ok(LoadedModel { hash, model, folder: folder.to_owned() })
+    Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned() })
 }
 
 /// A model of any kind, with a note where its views were others than the scene's.

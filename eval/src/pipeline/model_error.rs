@@ -55,4 +55,21 @@ pub enum ModelRefusal {
         /// Its name.
         scene: String,
     },
+    /// A model whose folder gives its row no name.
+    #[error(
+        "--model {}: the folder's name is that of the model's row, which takes letters, digits, '-', '_' and '.' alone; rename \
+         the folder", folder.display()
+    )]
+    Unnamed {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A model whose row would have the name of another.
+    #[error("--model {}: another row, or the truth, is named {name}; rename the folder", folder.display())]
+    Named {
+        /// The folder.
+        folder: PathBuf,
+        /// The name.
+        name: String,
+    },
 }

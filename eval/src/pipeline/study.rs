@@ -183,8 +183,7 @@ pub fn variant_scores(
     trained: &VariantModel,
 ) -> Result<Vec<Unseen>, StageError> {
     let model = &trained.model;
-    let viewing = model.viewing();
-    let subject = viewing.as_deref().map_or(Subject::Embedding(model), Subject::Viewing);
+    let subject = model.viewing().map_or(Subject::Embedding(model), Subject::Viewing);
     views.scored.iter().try_for_each(|scored| views.check_unseen(trained, &scored.set))?;
     unseen(pipeline, &views.scored, subject, model.hash())
 }

@@ -1,18 +1,17 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Pipeline, SeedAnswers, SeedEpisode, StageError};
-use crate::result::row_name::{row_name, semantic_row};
-use crate::result::table::{Outcome, Run, Table};
+use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError};
+use crate::result::table::{Outcome, Run, Table, TableError};
+use crate::scene_file::row::Row;
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, object_scores, pose_scores};
 use crate::score::unseen::Unseen;
-use crate::score::unseen_table::TABLES;
+use crate::score::unseen_table::{TABLES, UnseenTable};
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Detection, Seed, Truth};
 use vantage_learn::Kind;
-use vantage_slam::Row;
 
 /// The tables, and what they are of.
 pub struct Tables {
@@ -24,18 +23,14 @@ pub struct Tables {
 
 /// Scores every answer, and every entry's trajectory, against the truth of its episode.
 pub fn tables(
-    pipeline: &Pipeline,
     seeds: &[Seed],
+    methods: &[Method<'_>],
     entries: &[Entry],
     episodes: &[SeedEpisode],
     answers: &[SeedAnswers],
-    unseen: &[Unseen],
-    model: &LoadedModel,
+    models: &[LoadedModel],
+    unseen: &[Vec<Unseen>],
 ) -> Result<Tables, StageError> {
-    let rows = &pipeline.file.estimator.rows;
-    let manifest = model.model.inner().manifest();
-    let semantic = semantic_row(manifest);
-    let heading = manifest.kind == Kind::ViewpointDependent;
     let mut runs = Vec::new();
     let mut detections = 0;
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
@@ -55,24 +50,48 @@ pub fn tables(
                 None
             }
         };
-        for answer in answers {
-            let method = row_name(answer.row, semantic).to_owned();
+        for (method, answer) in methods.iter().zip(answers) {
+            let heading = method.model.model.manifest().kind == Kind::ViewpointDependent;
             let (outcome, scores) = (answer.outcome.clone(), scores(answer, truth.as_ref(), heading)?);
-            runs.push(Run { method, seed: *seed, outcome, scores });
+            runs.push(Run { method: method.name(), seed: *seed, outcome, scores });
         }
     }
-    let ours = rows.iter().map(|&row| row_name(row, semantic));
-    let methods: Vec<&str> = ours.chain(entries.iter().map(|entry| entry.name.as_str())).collect();
-    let reference = rows.contains(&Row::Geometric).then_some(Row::Geometric.name());
+    let reference = methods.iter().find(|method| method.row == Row::Geometric).map(Method::name);
+    let names: Vec<String> =
+        methods.iter().map(Method::name).chain(entries.iter().map(|entry| entry.name.clone())).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut tables = Vec::new();
     if !episodes.is_empty() {
-        tables.push(Table::new(TRAJECTORIES, &methods, reference, &TRAJECTORY, seeds, runs)?);
+        tables.push(Table::new(TRAJECTORIES, &names, reference.as_deref(), &TRAJECTORY, seeds, runs)?);
     }
+    let unseen: Vec<(&str, &[Unseen])> =
+        models.iter().map(|model| model.name.as_str()).zip(unseen.iter().map(Vec::as_slice)).collect();
     for table in &TABLES {
-        let of = |seed: &Unseen| seed.runs.get(table.name).cloned().unwrap_or_default();
-        tables.push(table.of(semantic, seeds, unseen.iter().flat_map(of).collect())?);
+        tables.push(of_unseen(table, seeds, &unseen)?);
     }
     Ok(Tables { tables, detections })
+}
+
+/// A table of some models, each with its name and what it is worth on the instances of each seed.
+fn of_unseen(table: &UnseenTable, seeds: &[Seed], models: &[(&str, &[Unseen])]) -> Result<Table, TableError> {
+    let run = |method: &str, &seed: &Seed, scores: Option<&Scores>| Run {
+        method: method.to_owned(),
+        seed,
+        outcome: Outcome::Done,
+        scores: scores.cloned().unwrap_or_default(),
+    };
+    let mut runs = Vec::new();
+    for (name, unseen) in models {
+        let scored = seeds.iter().zip(*unseen);
+        runs.extend(scored.map(|(seed, on)| run(name, seed, on.model.get(table.name))));
+    }
+    // A floor knows no model: that beside the first is that beside all.
+    if let (Some(floor), Some((_, unseen))) = (table.floor(), models.first()) {
+        let scored = seeds.iter().zip(*unseen);
+        runs.extend(scored.map(|(seed, on)| run(floor, seed, on.floor.get(table.name))));
+    }
+    let names: Vec<&str> = models.iter().map(|(name, _)| *name).chain(table.floor()).collect();
+    Table::new(table.name, &names, table.floor(), table.metrics(), seeds, runs)
 }
 
 /// The scores of an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as
@@ -83,13 +102,8 @@ fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Score
     };
     let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
     let mut scores = pose_scores(&pairs);
-    let oriented = heading || !answer.row.is_semantic();
-    scores.extend(object_scores(
-        &pairs,
-        &truth.objects,
-        &answer.scored_objects(truth.objects.len()),
-        oriented,
-    ));
+    let objects = answer.scored_objects(truth.objects.len());
+    scores.extend(object_scores(&pairs, &truth.objects, &objects, heading));
     Ok(scores)
 }
 

@@ -5,8 +5,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{Key, read_manifest, read_views, write_views};
 use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_sim::checked::ViewConditions;
 use vantage_sim::render::RendererInfo;
-use vantage_sim::scene::ViewConditions;
 use vantage_sim::views::training_views;
 
 /// What a model's manifest calls the hash of the conditions its views were made under.

@@ -5,6 +5,7 @@ pub mod error;
 pub mod folder;
 pub mod grid;
 pub mod kind;
+pub mod made_folders;
 pub mod manifest;
 pub mod metric;
 pub mod output_folder;
@@ -14,4 +15,5 @@ pub mod row_name;
 pub mod statistics;
 pub mod table;
 pub mod table_text;
-pub mod trajectory;
+
+pub use vantage_formats::trajectory;

@@ -1,6 +1,7 @@
 //! The output folder: found writable before any work, and written file by file so that none is ever half there.
 
 use crate::progress::Progress;
+use crate::result::made_folders::MadeFolders;
 use crate::result::trajectory::Trajectory;
 use std::fs;
 use std::io;
@@ -11,9 +12,9 @@ use vantage_dataset::store::{FolderLock, StoreError, rename_durably, write_atomi
 /// File by which a folder is found writable.
 const PROBE: &str = ".probe.tmp";
 
-/// A folder that was found writable.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutputFolder(PathBuf);
+/// A folder that was found writable. Where it was made for that, and nothing is written into it, it goes again.
+#[derive(Debug)]
+pub struct OutputFolder(PathBuf, #[expect(dead_code, reason = "held for its drop")] MadeFolders);
 
 /// Why nothing can be written.
 #[derive(Debug, Error)]
@@ -35,11 +36,13 @@ impl OutputFolder {
         };
         // One name for all, so that what a killed run leaves is removed by the next one.
         let probe = path.join(PROBE);
-        fs::create_dir_all(path)
-            .and_then(|()| fs::write(&probe, b"probe"))
-            .and_then(|()| removed(&probe))
-            .map_err(|source| OutputError { path: path.to_owned(), source })?;
-        Ok(Self(path.to_owned()))
+        let made = MadeFolders::make(path).and_then(|made| {
+            fs::write(&probe, b"probe")?;
+            removed(&probe)?;
+            Ok(made)
+        });
+        let made = made.map_err(|source| OutputError { path: path.to_owned(), source })?;
+        Ok(Self(path.to_owned(), made))
     }
 
     /// The right to write into it, which another run gives up first if it has it.

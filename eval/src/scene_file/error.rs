@@ -3,7 +3,7 @@
 use super::MAX_BYTES;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-use vantage_sim::scene::SceneError;
+use vantage_sim::checked::SceneError;
 
 /// Why a scene file, or a study, is refused.
 #[derive(Debug, Error)]

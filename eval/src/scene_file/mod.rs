@@ -1,9 +1,11 @@
 //! The scene file: YAML -> a checked scene, or every reason why not, with line and column.
 
 mod error;
+pub mod estimator;
 mod place;
 mod range;
 mod read;
+pub mod row;
 pub mod seeds;
 pub mod study;
 mod words;
@@ -12,6 +14,8 @@ pub use error::SceneFileError;
 pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 
+use crate::progress::{Progress, Stage};
+use estimator::EstimatorSpec;
 use garde::Validate;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -20,10 +24,9 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use vantage_dataset::Seed;
 use vantage_learn::TrainingSpec;
-use vantage_sim::scene::{
-    CheckedScene, RobotSpec, SceneError, SceneSpec, SensorSpec, ViewsSpec, WorldSpec, fits_into,
-};
-use vantage_slam::EstimatorSpec;
+use vantage_sim::checked::{CheckedScene, SceneError, SceneSpec, fits_into};
+use vantage_sim::error::{Progress as Told, Stage as Reading};
+use vantage_sim::scene::{RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;
@@ -70,20 +73,36 @@ pub struct SceneFile {
 impl SceneFile {
     /// The simulated part of the scene that was read from `path`, with the meshes it names. A scene file that was
     /// read has passed the simulator's rules, but for those on what stands where.
-    pub fn checked(&self, path: &Path) -> Result<CheckedScene, SceneFileError> {
+    pub fn checked(&self, path: &Path, progress: &Progress) -> Result<CheckedScene, SceneFileError> {
         let spec = SceneSpec {
             world: self.world.clone(),
             robot: self.robot.clone(),
             sensors: self.sensors.clone(),
             views: self.views.clone(),
         };
-        CheckedScene::new(spec, path.parent().unwrap_or(Path::new(""))).map_err(|error| match error {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        CheckedScene::new(spec, folder, &mut reading(progress)).map_err(|error| match error {
             SceneError::Placement(misplaced) => {
                 let message = place::locate(&misplaced, path);
                 SceneFileError::Invalid { path: path.to_owned(), message }
             }
             source => SceneFileError::Rules { path: path.to_owned(), source },
         })
+    }
+}
+
+/// Shows how far the reading of meshes and furniture is.
+fn reading(progress: &Progress) -> impl FnMut(Told) {
+    let mut shown: Option<(Told, Stage)> = None;
+    move |told| {
+        if shown.as_ref().is_none_or(|(last, _)| last.stage != told.stage) {
+            let name = if told.stage == Reading::Meshes { "meshes" } else { "fixtures" };
+            shown = Some((Told { done: 0, ..told }, progress.stage(name, told.total)));
+        }
+        if let Some((last, stage)) = &mut shown {
+            stage.advance(told.done - last.done);
+            *last = told;
+        }
     }
 }
 

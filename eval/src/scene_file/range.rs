@@ -57,8 +57,10 @@ impl Ranges {
 impl Localizer for Ranges {
     fn validation_base_message(&self, entry: &str, path: &str) -> String {
         let violated = entry.strip_prefix("lower than ").or_else(|| entry.strip_prefix("greater than "));
-        let range = violated.and_then(|end| self.find(path, end.parse().ok()?));
+        let field = path.trim_end_matches('.');
+        let Some(end) = violated else { return format!("validation error: `{field}`: {entry}") };
+        let range = end.parse().ok().and_then(|end| self.find(path, end));
         let expected = range.map(|[low, high]| format!(", expected {low} to {high}")).unwrap_or_default();
-        format!("validation error: {entry} for `{}`{expected}", path.trim_end_matches('.'))
+        format!("validation error: {entry} for `{field}`{expected}")
     }
 }

@@ -6,8 +6,8 @@ use super::{MAX_BYTES, SceneFileError};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
-use std::fs::File;
-use std::io::Read;
+use std::fs::{self, File, Metadata};
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Reads and checks a scene file of any shape `T`. No more than [`MAX_BYTES`] are ever read.
@@ -21,8 +21,13 @@ where
 /// The text of a scene file.
 pub(super) fn text(path: &Path) -> Result<String, SceneFileError> {
     let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
+    // To open a pipe would wait for somebody to write into it.
+    let is_file = |metadata: Metadata| {
+        if metadata.is_file() { Ok(()) } else { Err(io::Error::other("it is not a file")) }
+    };
+    fs::metadata(path)
+        .and_then(is_file)
+        .and_then(|()| File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes))
         .map_err(|source| SceneFileError::Unreadable { path: path.to_owned(), source })?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(SceneFileError::TooLarge { path: path.to_owned() });
@@ -242,5 +247,11 @@ mod tests {
         let missing = read::<Head>(&folder.path().join("missing.yaml")).unwrap_err();
         assert!(missing.to_string().contains("missing.yaml"));
         assert!(matches!(read::<Head>(folder.path()), Err(SceneFileError::Unreadable { .. })));
+        #[cfg(unix)]
+        {
+            let pipe = folder.path().join("pipe.yaml");
+            assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+            assert!(read::<Head>(&pipe).unwrap_err().to_string().contains("pipe.yaml: it is not a file"));
+        }
     }
 }

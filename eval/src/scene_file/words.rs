@@ -21,6 +21,10 @@ impl MessageFormatter for Words<'_> {
             Error::ExpectedMappingEndAfterEnumVariantValue { .. } => {
                 "expected one choice, and here is a second".into()
             }
+            Error::SerdeMissingField { field, .. } => format!(
+                "missing field `{field}`; is it left out, or indented otherwise than what it stands beside?"
+            )
+            .into(),
             _ => UserMessageFormatter.with_localizer(self.0).format_message(error).into_owned().into(),
         }
     }

@@ -15,7 +15,8 @@ use crate::result::statistics::quantile;
 use nalgebra::DVector;
 use std::f64::consts::PI;
 use vantage_dataset::{Crop, Symmetry, View, ViewSet};
-use vantage_learn::{LatentGaussian, ModelError, Viewing};
+use vantage_learn::Viewing;
+use vantage_model::{AnswerError, LatentGaussian};
 
 /// Offsets of the mean likelihood from the true azimuth.
 const OFFSETS: usize = 72;
@@ -36,7 +37,11 @@ pub struct Decoded {
 }
 
 /// Decodes all queries of a set; `factors` are the encoder's, one a view.
-pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) -> Result<Decoded, ModelError> {
+pub fn decode(
+    set: &ViewSet,
+    factors: &[LatentGaussian],
+    model: &dyn Viewing,
+) -> Result<Decoded, AnswerError> {
     let dimension = model.latent().dimension;
     let mut found = Queries::default();
     for (index, instance) in set.instances.iter().enumerate() {
@@ -73,8 +78,8 @@ pub fn decode(set: &ViewSet, factors: &[LatentGaussian], model: &dyn Viewing) ->
 }
 
 /// PSNR of what a latent looks like from a view's viewpoint, by a model that can tell.
-fn against(view: &View, latent: &DVector<f64>, model: &dyn Viewing) -> Result<Option<f64>, ModelError> {
-    let predicted: Option<Crop> = model.reconstruct_view(latent, &view.viewpoint).transpose()?;
+fn against(view: &View, latent: &DVector<f64>, model: &dyn Viewing) -> Result<Option<f64>, AnswerError> {
+    let predicted: Option<Crop> = model.reconstruct(latent, &view.viewpoint).transpose()?;
     Ok(predicted.map(|predicted| psnr(&view.crop, &predicted)))
 }
 
@@ -88,7 +93,7 @@ fn by_image(
 ) -> Option<ViewpointTrial> {
     trial.error()?;
     let likeness = |turn: f64| {
-        let predicted = model.reconstruct_view(latent, &view.viewpoint.turned(turn))?.ok()?;
+        let predicted = model.reconstruct(latent, &view.viewpoint.turned(turn))?.ok()?;
         Some(psnr(&view.crop, &predicted))
     };
     likeness(0.0)?;
@@ -123,7 +128,7 @@ impl Queries {
     ) {
         let Some(error) = trial.error() else { return };
         let Some((derivative, sqrt_information)) = likelihood.by_azimuth(&view.viewpoint) else { return };
-        let degrees = model.noise().degrees_of_freedom;
+        let degrees = model.noise().degrees_of_freedom();
         let promised = promised_deviation(&derivative, sqrt_information, degrees);
         self.promised.extend(promised.map(|deviation| (deviation, error <= WITHIN * deviation)));
     }
@@ -155,7 +160,7 @@ impl Queries {
         }
         scores.extend(mean(&self.own).map(|value| (Metric::Psnr, value)));
         scores.extend(mean(&self.held_out).map(|value| (Metric::PsnrHeldOut, value)));
-        scores.extend(calibration_scores(&self.residuals, model.noise().degrees_of_freedom));
+        scores.extend(calibration_scores(&self.residuals, model.noise().degrees_of_freedom()));
         let (sums, curves) = self.curve;
         let point = |(i, sum): (usize, f64)| (offset(i), sum / curves as f64);
         Decoded {

@@ -2,7 +2,8 @@
 
 use super::pca::Pca;
 use vantage_dataset::ViewSet;
-use vantage_learn::{Latent, LatentGaussian};
+use vantage_learn::Latent;
+use vantage_model::LatentGaussian;
 
 const COMPONENTS: usize = 64;
 /// Crops that the floor's basis is fitted on, at most.

@@ -2,11 +2,13 @@
 
 use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
+use crate::result::row_name::folder_name;
 use crate::result::trajectory::{Trajectory, TrajectoryError, TumError};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::store::read_regular;
 use vantage_dataset::{Pose, Seed};
 
 /// Trajectories of another estimator that cannot be scored.
@@ -19,6 +21,8 @@ pub struct EntryError {
     pub reason: String,
 }
 
+/// Largest file, bytes: some 400 000 poses.
+const LARGEST_FILE: u64 = 64 << 20;
 /// Largest magnitude of a coordinate, metres.
 const FARTHEST: f64 = 1e6;
 
@@ -37,11 +41,11 @@ impl Entry {
     /// Reads the files of `seeds` in each folder. Folders' names must differ from each other and from `taken`.
     pub fn open(
         folders: &[PathBuf],
-        taken: &[&str],
+        taken: &[String],
         seeds: &[Seed],
         progress: &Progress,
     ) -> Result<Vec<Self>, EntryError> {
-        let mut names: BTreeSet<String> = taken.iter().map(|&name| name.to_owned()).collect();
+        let mut names: BTreeSet<String> = taken.iter().cloned().collect();
         let read = |folder: &PathBuf| {
             let name = named(folder)?;
             if !names.insert(name.clone()) {
@@ -68,7 +72,7 @@ impl Entry {
         for &seed in seeds {
             let file = file(seed);
             let path = folder.join(&file);
-            let text = match std::fs::read_to_string(&path) {
+            let text = match text(&path) {
                 Ok(text) => text,
                 Err(error) if error.kind() == ErrorKind::NotFound => {
                     answers.insert(seed, Err(format!("there is no {file}")));
@@ -147,10 +151,7 @@ fn named(folder: &Path) -> Result<String, EntryError> {
     if !folder.is_dir() {
         return Err(wrong(folder, "it is no folder; expected one of <seed>.tum"));
     }
-    let absolute = || folder.canonicalize().ok()?.file_name().map(ToOwned::to_owned);
-    let name =
-        folder.file_name().map(ToOwned::to_owned).or_else(absolute).and_then(|name| name.into_string().ok());
-    name.filter(|name| name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c))).ok_or_else(|| {
+    folder_name(folder).ok_or_else(|| {
         wrong(folder, "a row takes letters, digits, '-', '_' and '.' alone; rename the folder")
     })
 }
@@ -184,6 +185,11 @@ fn lost(error: &TumError) -> bool {
     }
 }
 
+fn text(path: &Path) -> io::Result<String> {
+    let bytes = read_regular(path, LARGEST_FILE)?;
+    String::from_utf8(bytes).map_err(|_| io::Error::new(ErrorKind::InvalidData, "it is not UTF-8 text"))
+}
+
 fn wrong(path: &Path, reason: &str) -> EntryError {
     EntryError { path: path.to_owned(), reason: reason.to_owned() }
 }
@@ -214,8 +220,25 @@ mod tests {
         }
 
         fn open(&self, taken: &[&str], seeds: &[Seed]) -> Result<Entry, EntryError> {
-            let entries = Entry::open(&[self.path()], taken, seeds, &Progress::detect());
+            let taken: Vec<String> = taken.iter().map(|&name| name.to_owned()).collect();
+            let entries = Entry::open(&[self.path()], &taken, seeds, &Progress::detect());
             entries.map(|mut entries| entries.remove(0))
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_or_a_device_in_place_of_a_file_is_told_and_not_read() {
+        for kind in ["pipe", "endless"] {
+            let folder = Folder::new();
+            let path = folder.path().join("7.tum");
+            if kind == "pipe" {
+                assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+            } else {
+                std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+            }
+            let told = Entry::read("mine".to_owned(), &folder.path(), &[Seed(7)]).unwrap_err().to_string();
+            assert!(told.contains("7.tum: it is not a regular file"), "{told}");
         }
     }
 

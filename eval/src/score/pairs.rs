@@ -1,8 +1,9 @@
 //! The true and the estimated pose of each step, which trajectory scores compare.
 
-use crate::result::trajectory::{Trajectory, is_finite};
+use crate::result::trajectory::Trajectory;
 use thiserror::Error;
 use vantage_dataset::Pose;
+use vantage_dataset::se3::is_finite;
 
 /// How far apart two timestamps may be to count as one step, seconds: evo's default.
 pub const MAX_TIME_DIFFERENCE: f64 = 0.01;

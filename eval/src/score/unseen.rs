@@ -7,19 +7,20 @@ use super::unseen_table::{
     OF_CALIBRATION, OF_DECODER, OF_DENSITY, OF_GROUNDING, OF_INSTANCES, OF_LATENTS, UnseenTable,
 };
 use super::viewpoint::ViewpointTrial;
-use crate::result::row_name::{LATENTS, MEAN_VIEW, PIXELS};
-use crate::result::table::Run;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use vantage_dataset::{Seed, View, ViewSet};
-use vantage_learn::{LatentGaussian, Model, ModelError, Viewing};
+use vantage_learn::{Model, Viewing};
+use vantage_model::{AnswerError, LatentGaussian};
 
 /// Scores on the unseen instances of one seed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Unseen {
-    /// Rows of each of [`TABLES`](super::unseen_table::TABLES), by its name.
-    pub runs: BTreeMap<String, Vec<Run>>,
+    /// The model's scores in each of [`TABLES`](super::unseen_table::TABLES), by its name.
+    pub model: BTreeMap<String, Scores>,
+    /// Those of the floors, by the name of their table.
+    pub floor: BTreeMap<String, Scores>,
     /// Viewpoints found by the decoder.
     pub trials: Vec<ViewpointTrial>,
     /// Offset from the true azimuth, radians, and the mean over the asymmetric queries of the log-likelihood there,
@@ -37,11 +38,11 @@ pub enum Subject<'a> {
 }
 
 /// The scores of a set of views, of instances that the model has not seen.
-pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, ModelError> {
+pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, AnswerError> {
     let labels = Labels::of(set);
     let (embeddings, decoded) = match subject {
         Subject::Viewing(model) => {
-            let encode = |view: &View| model.encode_view(&view.crop, &view.viewpoint);
+            let encode = |view: &View| model.encode(&view.crop, &view.viewpoint);
             let factors: Vec<LatentGaussian> = set.views.iter().map(encode).collect::<Result<_, _>>()?;
             (steady_latents(&factors, model.latent()), decode(set, &factors, model)?)
         }
@@ -50,7 +51,7 @@ pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, 
                 let numbers = model.embed(&view.crop, None)?;
                 Ok(numbers.into_iter().map(|number| number as f32).collect())
             };
-            let embeddings = set.views.iter().map(embed).collect::<Result<Vec<Vec<f32>>, ModelError>>()?;
+            let embeddings = set.views.iter().map(embed).collect::<Result<Vec<Vec<f32>>, AnswerError>>()?;
             (embeddings, Decoded::default())
         }
     };
@@ -59,14 +60,21 @@ pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, 
 
     let mut given = latents.given;
     given.extend(&decoded.model);
-    let rows: [(&UnseenTable, &[(&str, &Scores)]); 6] = [
-        (&OF_LATENTS, &[(LATENTS, &given), (PIXELS, &pixels.given)]),
-        (&OF_INSTANCES, &[(LATENTS, &given), (PIXELS, &pixels.given)]),
-        (&OF_DENSITY, &[(LATENTS, &latents.density), (PIXELS, &pixels.density)]),
-        (&OF_GROUNDING, &[(LATENTS, &latents.grounding), (PIXELS, &pixels.grounding)]),
-        (&OF_DECODER, &[(LATENTS, &decoded.model), (MEAN_VIEW, &decoded.mean_view)]),
-        (&OF_CALIBRATION, &[(LATENTS, &decoded.model)]),
+    let rows: [(&UnseenTable, &Scores, Option<&Scores>); 6] = [
+        (&OF_LATENTS, &given, Some(&pixels.given)),
+        (&OF_INSTANCES, &given, Some(&pixels.given)),
+        (&OF_DENSITY, &latents.density, Some(&pixels.density)),
+        (&OF_GROUNDING, &latents.grounding, Some(&pixels.grounding)),
+        (&OF_DECODER, &decoded.model, Some(&decoded.mean_view)),
+        (&OF_CALIBRATION, &decoded.model, None),
     ];
-    let runs = rows.iter().map(|(table, methods)| (table.name.to_owned(), table.rows(seed, methods)));
-    Ok(Unseen { runs: runs.collect(), trials: decoded.trials, likelihood: decoded.likelihood })
+    let of_model = rows.iter().map(|(table, scores, _)| (table.name.to_owned(), table.shown(scores)));
+    let of_floor =
+        rows.iter().filter_map(|(table, _, floor)| Some((table.name.to_owned(), table.shown((*floor)?))));
+    Ok(Unseen {
+        model: of_model.collect(),
+        floor: of_floor.collect(),
+        trials: decoded.trials,
+        likelihood: decoded.likelihood,
+    })
 }

@@ -2,25 +2,21 @@
 
 use super::embedding::Scores;
 use crate::result::metric::Metric;
-use crate::result::row_name::{LATENTS, MEAN_VIEW, PIXELS};
-use crate::result::table::{Outcome, Run, Table, TableError};
-use vantage_dataset::Seed;
+use crate::result::row_name::{MEAN_VIEW, PIXELS};
 
 /// One table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnseenTable {
     /// Its name.
     pub name: &'static str,
-    methods: &'static [&'static str],
-    reference: Option<&'static str>,
+    floor: Option<&'static str>,
     metrics: &'static [Metric],
 }
 
 /// Clusters of single views with their number given, neighbours, viewpoints.
 pub const OF_LATENTS: UnseenTable = UnseenTable {
     name: "latents",
-    methods: &[LATENTS, PIXELS],
-    reference: Some(PIXELS),
+    floor: Some(PIXELS),
     metrics: &[
         Metric::Ari,
         Metric::Nmi,
@@ -34,8 +30,7 @@ pub const OF_LATENTS: UnseenTable = UnseenTable {
 /// More of the same.
 pub const OF_INSTANCES: UnseenTable = UnseenTable {
     name: "instances",
-    methods: &[LATENTS, PIXELS],
-    reference: Some(PIXELS),
+    floor: Some(PIXELS),
     metrics: &[
         Metric::Homogeneity,
         Metric::Completeness,
@@ -50,8 +45,7 @@ pub const OF_INSTANCES: UnseenTable = UnseenTable {
 /// Clusters whose number is found.
 pub const OF_DENSITY: UnseenTable = UnseenTable {
     name: "density",
-    methods: &[LATENTS, PIXELS],
-    reference: Some(PIXELS),
+    floor: Some(PIXELS),
     metrics: &[
         Metric::Ari,
         Metric::VMeasure,
@@ -65,8 +59,7 @@ pub const OF_DENSITY: UnseenTable = UnseenTable {
 /// Classes from a few tags.
 pub const OF_GROUNDING: UnseenTable = UnseenTable {
     name: "grounding",
-    methods: &[LATENTS, PIXELS],
-    reference: Some(PIXELS),
+    floor: Some(PIXELS),
     metrics: &[
         Metric::NearestOf1,
         Metric::NearestOf2,
@@ -80,8 +73,7 @@ pub const OF_GROUNDING: UnseenTable = UnseenTable {
 /// Images and azimuths from the decoder.
 pub const OF_DECODER: UnseenTable = UnseenTable {
     name: "decoder",
-    methods: &[LATENTS, MEAN_VIEW],
-    reference: Some(MEAN_VIEW),
+    floor: Some(MEAN_VIEW),
     metrics: &[
         Metric::Psnr,
         Metric::PsnrHeldOut,
@@ -96,8 +88,7 @@ pub const OF_DECODER: UnseenTable = UnseenTable {
 /// Residuals against the law that the model claims for them.
 pub const OF_CALIBRATION: UnseenTable = UnseenTable {
     name: "calibration",
-    methods: &[LATENTS],
-    reference: None,
+    floor: None,
     metrics: &[
         Metric::Inside50,
         Metric::Inside80,
@@ -120,32 +111,13 @@ impl UnseenTable {
         self.metrics
     }
 
-    /// The row beside that of the latents, if any.
+    /// The row beside those of models, which they are compared with, if any.
     pub fn floor(&self) -> Option<&'static str> {
-        self.methods.iter().copied().find(|method| *method != LATENTS)
+        self.floor
     }
 
-    /// The rows of one seed, with those of each method's scores that the table shows.
-    pub fn rows(&self, seed: Seed, methods: &[(&str, &Scores)]) -> Vec<Run> {
-        let shown = |scores: &Scores| {
-            scores.iter().filter(|(m, _)| self.metrics.contains(m)).map(|(&m, &v)| (m, v)).collect()
-        };
-        let row = |(method, scores): &(&str, &Scores)| Run {
-            method: (*method).to_owned(),
-            seed,
-            outcome: Outcome::Done,
-            scores: shown(scores),
-        };
-        methods.iter().map(row).collect()
-    }
-
-    /// The table of the rows of all seeds, the latents' row under the name of the model's kind.
-    pub fn of(&self, latents: &str, seeds: &[Seed], mut runs: Vec<Run>) -> Result<Table, TableError> {
-        for run in runs.iter_mut().filter(|run| run.method == LATENTS) {
-            latents.clone_into(&mut run.method);
-        }
-        let methods: Vec<&str> =
-            self.methods.iter().map(|&method| if method == LATENTS { latents } else { method }).collect();
-        Table::new(self.name, &methods, self.reference, self.metrics, seeds, runs)
+    /// Those of some scores that the table shows.
+    pub fn shown(&self, scores: &Scores) -> Scores {
+        scores.iter().filter(|(metric, _)| self.metrics.contains(metric)).map(|(&m, &v)| (m, v)).collect()
     }
 }

@@ -73,7 +73,7 @@ use std::path::Path;
 use trunk::{Task, TrunkData};
 use trunk_network::TrunkWithHead;
 use trunk_store::TrunkStore;
-use vantage_dataset::{Seed, Split, ViewSet, memory};
+use vantage_dataset::{Seed, Split, ViewSet};
 use views::Views;
 
 /// Least instances to train on.
@@ -105,8 +105,7 @@ pub struct Training<'a> {
 /// Same views, spec, seed and machine give the same loss curve on the CPU, whatever the number of threads and whether or not the
 /// training was killed between: it goes on from the folder's last checkpoint. `progress` is told of every step, and may ask
 /// to stop. Beside the model, the folder gets the loss curve ([`CURVE_TABLE`], [`CURVE_PICTURE`]) and, of models that
-/// predict crops, reconstructions of validation instances ([`SHEET`]). The whole process keeps more of the memory that it
-/// frees: see [`memory::keep_freed`].
+/// predict crops, reconstructions of validation instances ([`SHEET`]).
 pub fn train(
     Training { training, validation, spec, seed, provenance, folder, trunks, device }: Training<'_>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
@@ -132,7 +131,6 @@ pub fn train(
         validation_hash: view_set_hash(validation),
         provenance: provenance.clone(),
     };
-    memory::keep_freed();
     let key = origin.key(spec, &architecture, &views.tags, seed);
     let store = trunks.map(|folder| TrunkStore::new(folder, &origin, spec, &architecture, seed));
     let device = device.clone();

@@ -6,9 +6,9 @@ use super::rows::{numbers, table};
 use super::turn::{Turn, for_each_number};
 use super::views::Views;
 use crate::architecture::Architecture;
-use crate::latent::LatentGaussian;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::DVector;
+use vantage_model::LatentGaussian;
 
 /// A trained autoencoder over the features of some views.
 pub(crate) struct Predictions<'a> {

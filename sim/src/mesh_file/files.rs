@@ -1,6 +1,6 @@
 //! The files that make up one mesh.
 
-use super::find::Source;
+use super::find::{Source, file_name};
 use super::{MeshFault, MeshFileError};
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -95,9 +95,4 @@ impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         Self::System(error)
     }
-}
-
-/// The last part of a path, for messages.
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -1,6 +1,5 @@
 //! Which meshes a path stands for.
 
-use super::files::file_name;
 use super::{MeshFault, MeshFileError};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -135,4 +134,9 @@ fn licence(folder: &Path) -> Option<PathBuf> {
         let name = file_name(file).to_ascii_uppercase();
         ["LICENCE", "LICENSE", "COPYING"].iter().any(|known| name.starts_with(known))
     })
+}
+
+/// The last part of a path, for messages.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

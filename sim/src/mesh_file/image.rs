@@ -3,6 +3,7 @@
 use super::MeshFault;
 use image::{ImageFormat, ImageReader, Limits, RgbImage};
 use std::io::Cursor;
+use vantage_dataset::jpeg;
 
 /// Greatest width and height of an image, pixels.
 const MAX_SIDE: u32 = 8192;
@@ -16,6 +17,9 @@ pub(crate) fn decode(bytes: &[u8], name: &str) -> Result<RgbImage, MeshFault> {
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| invalid(e.to_string()))?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
         return Err(invalid("expected PNG or JPEG".to_owned()));
+    }
+    if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(bytes) {
+        return Err(invalid("it is cut short, expected the image's end after its last scan".to_owned()));
     }
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);

@@ -23,11 +23,10 @@ pub use error::{MeshFault, MeshFileError};
 
 use crate::mesh::Mesh;
 use crate::model::Model;
+use crate::scene::UpAxis;
 use files::Files;
 use find::Source;
 use nalgebra::Vector3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use surface::Facet;
 
@@ -35,16 +34,6 @@ use surface::Facet;
 pub const MAX_TRIANGLES: usize = 500_000;
 /// Most vertices of a mesh; in an OBJ file, positions, texture coordinates and normals together.
 pub const MAX_VERTICES: usize = 2_000_000;
-
-/// The axis of a file that points up; the front of the object is then the axis that becomes +x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum UpAxis {
-    /// z; the front is +x.
-    Z,
-    /// y, as in glTF; the front is +z.
-    Y,
-}
 
 impl UpAxis {
     /// A vector in the file's axes, along this project's.

@@ -3,7 +3,8 @@
 //! A texture replaces the colour `Kd`, as it does for the exporters that write both; a material without `Kd` is
 //! white; `Kd` is an sRGB value. Faces without a material are white. Textures repeat.
 
-use super::files::{Files, file_name};
+use super::files::Files;
+use super::find::file_name;
 use super::image::decode;
 use super::soup::{Material, Part, Soup, Wrap};
 use super::{MAX_TRIANGLES, MAX_VERTICES, MeshFault, MeshFileError, color};
@@ -15,9 +16,15 @@ use tobj::{GPU_LOAD_OPTIONS, LoadError};
 /// More characters than any index of a face has.
 const MAX_INDEX_DIGITS: usize = 10;
 
+/// Most bytes of a line that is neither a vertex nor a face nor a comment: names, which each of the parts repeats.
+const MAX_LINE: usize = 4096;
+
 /// Reads an OBJ file and all it names.
 pub(crate) fn read(files: &mut Files<'_>, path: &Path) -> Result<Soup, MeshFileError> {
     let text = plain(&files.main()?);
+    // Of a line through three points the parser makes a triangle.
+    let is_line = |line: &str| line.split_ascii_whitespace().next() == Some("l");
+    let text: String = text.split_inclusive('\n').filter(|line| !is_line(line)).collect();
     check(text.as_bytes()).map_err(|fault| files.error(fault))?;
     let failed = RefCell::new(None);
     let shared = RefCell::new(&mut *files);
@@ -63,6 +70,13 @@ fn check(text: &[u8]) -> Result<(), MeshFault> {
                     reason: "an index is too long".to_owned(),
                 })?;
                 triangles += corners.saturating_sub(2);
+            }
+            Some(word) if !word.starts_with(b"#") && line.len() > MAX_LINE => {
+                return Err(MeshFault::TooMany {
+                    what: "characters in a line",
+                    got: line.len(),
+                    limit: MAX_LINE,
+                });
             }
             _ => (),
         }

@@ -55,11 +55,22 @@ pub(crate) fn surface(soup: &Soup, units: Units) -> Result<Vec<Facet>, MeshFault
     if all == 0 {
         return Err(MeshFault::NoTriangle);
     }
+    let size = |extent| MeshFault::Size { extent, metres_per_unit: units.metres_per_unit, range: EXTENTS };
+    // A needle that reaches far off is a fault of the file, even if nobody would see it.
+    let (low, high) = bounds(&facets);
+    if (high - low).max() > EXTENTS[1] {
+        return Err(size((high - low).max()));
+    }
     facets.retain(|facet| !facet.is_sliver());
     if facets.is_empty() {
         return Err(MeshFault::NoArea(all));
     }
-    center(&mut facets, units)?;
+    let (low, high) = bounds(&facets);
+    if (high - low).max() < EXTENTS[0] {
+        return Err(size((high - low).max()));
+    }
+    let center = 0.5 * (low + high);
+    facets.iter_mut().flat_map(|facet| &mut facet.points).for_each(|p| *p -= center);
     shade(&mut facets);
     let volume: f64 = facets.iter().map(|f| f.points[0].dot(&f.points[1].cross(&f.points[2]))).sum();
     if volume < 0.0 {
@@ -82,7 +93,7 @@ fn facets(soup: &Soup, units: Units) -> Result<Vec<Facet>, MeshFault> {
             return Err(MeshFault::NotFinite("texture coordinate"));
         }
         let point = |i: u32| units.up.to_z_up(part.positions[i as usize]) * units.metres_per_unit;
-        // A normal that is none is made anew from the triangles.
+        // A normal that is none, as YCB's mug has some, is made anew from the triangles.
         let normal = |i: u32| {
             let given = part.normals.as_ref().map(|normals| units.up.to_z_up(normals[i as usize]));
             let unit = given.and_then(|n| n.try_normalize(1e-6));
@@ -99,18 +110,10 @@ fn facets(soup: &Soup, units: Units) -> Result<Vec<Facet>, MeshFault> {
     Ok(facets)
 }
 
-/// Moves the centre of the bounding box to the origin.
-fn center(facets: &mut [Facet], units: Units) -> Result<(), MeshFault> {
+/// Lowest and highest corner of the bounding box.
+fn bounds(facets: &[Facet]) -> (Vector3<f64>, Vector3<f64>) {
     let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let points = || facets.iter().flat_map(|facet| &facet.points);
-    let (low, high) = points().fold(start, |(low, high): (Vector3<f64>, _), p| (low.inf(p), high.sup(p)));
-    let extent = (high - low).max();
-    if !(EXTENTS[0]..=EXTENTS[1]).contains(&extent) {
-        return Err(MeshFault::Size { extent, metres_per_unit: units.metres_per_unit, range: EXTENTS });
-    }
-    let center = 0.5 * (low + high);
-    facets.iter_mut().flat_map(|facet| &mut facet.points).for_each(|p| *p -= center);
-    Ok(())
+    facets.iter().flat_map(|facet| &facet.points).fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
 }
 
 /// Turns faces to the side of the normals that the file gives, and makes those that it does not give.

@@ -3,7 +3,10 @@
 use crate::mesh::Mesh;
 use meshoptimizer_rs::{Attributes, Limits, Positions, SimplifyOptions, SimplifySettings, Workspace};
 use meshoptimizer_rs::{simplify_scale, simplify_with_attributes};
+use std::collections::HashMap;
 
+/// A mesh with a point at which more triangles meet is not made simpler: it would take time by the square of their number.
+const MOST_AT_A_POINT: u32 = 1000;
 /// A mesh with fewer triangles is not made simpler.
 const FEW_TRIANGLES: usize = 64;
 /// Each level has this share of the triangles of the one before, or the levels end.
@@ -28,6 +31,9 @@ pub(super) struct Simpler {
 pub(super) fn all(mesh: &Mesh) -> Vec<Simpler> {
     let mut levels: Vec<Simpler> = Vec::new();
     let mut triangles = mesh.triangles.len();
+    if most_at_a_point(mesh) > MOST_AT_A_POINT {
+        return levels;
+    }
     while triangles >= FEW_TRIANGLES && levels.len() < MOST_LEVELS {
         let wanted = (triangles as f64 * SHARE) as usize;
         // A mesh that the simplifier refuses, such as one that is not finite, stays as it is.
@@ -39,6 +45,15 @@ pub(super) fn all(mesh: &Mesh) -> Vec<Simpler> {
         levels.push(simpler);
     }
     levels
+}
+
+/// How many corners of triangles there are at the point that has most.
+fn most_at_a_point(mesh: &Mesh) -> u32 {
+    let mut corners: HashMap<[u32; 3], u32> = HashMap::new();
+    for &corner in mesh.triangles.as_flattened() {
+        *corners.entry(mesh.positions[corner as usize].map(f32::to_bits)).or_default() += 1;
+    }
+    corners.into_values().max().unwrap_or_default()
 }
 
 fn simplified(mesh: &Mesh, triangles: usize) -> Option<Simpler> {

@@ -1,6 +1,7 @@
 //! What the objects of a world, or the instances of a split, are drawn from.
 
-use super::{Family, MeshEntry, MeshLibrary, Object};
+use super::{MeshEntry, MeshLibrary, Object};
+use crate::scene::Family;
 use std::collections::VecDeque;
 use vantage_dataset::{Seed, Split};
 

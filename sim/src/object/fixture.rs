@@ -1,13 +1,14 @@
 //! Meshes that stand where they are put: furniture from files.
 
+use crate::convert::{pose_to_physics, vector_to_physics};
 use crate::mesh_file::find::{Source, find};
 use crate::mesh_file::{self, MeshFault, MeshFileError, Units};
 use crate::model::Model;
+use crate::plan::block::Block;
+use crate::plan::stand::Outline;
 use crate::render::{NO_OBJECT, Placement};
 use crate::scene::FixtureSpec;
-use crate::world::convert::{pose_to_physics, vector_to_physics};
-use crate::world::furnishing::Block;
-use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use rapier3d::glamx::Pose3;
 use rapier3d::prelude::{ColliderBuilder, SharedShape, Vector};
 use serde::Serialize;
@@ -54,7 +55,7 @@ impl Fixture {
         let vertices = mesh.positions.iter().map(|&p| Vector::from(p)).collect();
         let shape = SharedShape::trimesh(vertices, mesh.triangles.clone())
             .map_err(|_| source.error(MeshFault::NoTriangle))?;
-        let half_extents = mesh.half_extents();
+        let half_extents = loaded.model.hull().half_extents;
         let world_from_model = Pose::from_parts(
             Translation3::new(spec.at[0], spec.at[1], half_extents.z),
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), spec.yaw_deg.to_radians()),
@@ -99,6 +100,11 @@ impl Fixture {
     /// What is drawn of it.
     pub fn placement(&self) -> Placement {
         Placement { model: Arc::clone(&self.model), world_from_model: self.world_from_model, id: NO_OBJECT }
+    }
+
+    /// The outline that a robot has to keep away from, with its centre.
+    pub fn obstacle(&self) -> (Vector2<f64>, Outline) {
+        (self.world_from_model.translation.vector.xy(), Outline::Disc { radius: self.footprint() })
     }
 
     /// Radius of the circle around its footprint, metres.

@@ -1,9 +1,10 @@
 //! The meshes that a scene names.
 
 use super::Object;
+use crate::error::{Progress, Stage};
 use crate::mesh_file::find::{self, Source};
-use crate::mesh_file::{self, Loaded, MeshFault, MeshFileError, Units, UpAxis};
-use crate::scene::MeshSpec;
+use crate::mesh_file::{self, Loaded, MeshFault, MeshFileError, Units};
+use crate::scene::{MeshSpec, UpAxis};
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
@@ -69,11 +70,18 @@ impl Serialize for MeshLibrary {
 
 impl MeshLibrary {
     /// Reads all meshes; paths are relative to the folder `base`.
-    pub fn load(specs: &[MeshSpec], base: &Path) -> Result<Self, MeshFileError> {
+    pub fn load(
+        specs: &[MeshSpec],
+        base: &Path,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Self, MeshFileError> {
         let mut wanted = Vec::new();
         for spec in specs {
             wanted.extend(find::find(&base.join(&spec.path))?.into_iter().map(|source| (spec, source)));
         }
+        let total = wanted.len() as u64;
+        let mut tell = |done: usize| progress(Progress { stage: Stage::Meshes, done: done as u64, total });
+        tell(0);
         let mut meshes: Vec<MeshEntry> = Vec::with_capacity(wanted.len());
         let mut taken = 0;
         for batch in wanted.chunks(BATCH) {
@@ -90,6 +98,7 @@ impl MeshLibrary {
                 }
                 meshes.push(mesh);
             }
+            tell(meshes.len());
         }
         Ok(Self { meshes: meshes.into() })
     }

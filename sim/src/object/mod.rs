@@ -15,12 +15,12 @@ mod solid;
 mod tint;
 
 pub use catalog::{Catalog, Draw};
-pub use family::Family;
 pub use fixture::Fixture;
 pub use library::{MeshEntry, MeshLibrary};
 
 use crate::mesh::Mesh;
 use crate::model::Model;
+use crate::scene::Family;
 use crate::texture::Texture;
 use family::Draft;
 use nalgebra::Vector3;
@@ -85,13 +85,18 @@ impl Object {
         }
     }
 
+    /// Radius of the circle around its footprint where it stands upright, metres.
+    pub fn footprint(&self) -> f64 {
+        libm::hypot(self.half_extents[0], self.half_extents[1])
+    }
+
     /// The object that a mesh is; `None` if its hull has no volume.
     fn from_mesh(id: InstanceId, category: String, symmetry: Symmetry, model: Model) -> Option<Self> {
         let mesh = &model.mesh;
         let hull = hull::hull(&mesh.positions);
         let points: Vec<Vector> = hull.iter().map(|&p| Vector::from(p)).collect();
         let volume = f64::from(SharedShape::convex_hull(&points)?.mass_properties(1.0).mass());
-        let (size, half_extents) = (mesh.diameter(), mesh.half_extents());
+        let (size, half_extents) = (mesh.diameter(), model.hull().half_extents);
         let box_volume = 8.0 * half_extents.product();
         (volume > LEAST_FILLING * box_volume).then(|| Self {
             id,

@@ -3,52 +3,16 @@
 use super::reference::ReferenceRenderer;
 use super::wgpu::WgpuRenderer;
 use super::{RenderError, Renderer};
-use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::str::FromStr;
 
 /// The renderer that a user asks for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RendererChoice {
     /// wgpu, or the reference where there is no Vulkan driver.
-    #[default]
     Auto,
     /// wgpu or an error.
     Wgpu,
     /// The reference.
     Reference,
-}
-
-/// A name that is no renderer's.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown renderer `{0}`: expected `auto`, `wgpu` or `reference`")]
-pub struct UnknownRenderer(
-    /// The name.
-    pub String,
-);
-
-impl FromStr for RendererChoice {
-    type Err = UnknownRenderer;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        match name {
-            "auto" => Ok(Self::Auto),
-            "wgpu" => Ok(Self::Wgpu),
-            "reference" => Ok(Self::Reference),
-            _ => Err(UnknownRenderer(name.into())),
-        }
-    }
-}
-
-impl fmt::Display for RendererChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Auto => "auto",
-            Self::Wgpu => "wgpu",
-            Self::Reference => "reference",
-        })
-    }
 }
 
 /// A renderer ready to draw.
@@ -57,15 +21,6 @@ pub struct Opened {
     pub renderer: Box<dyn Renderer>,
     /// A line for the user where [`RendererChoice::Auto`] fell back to the reference.
     pub notice: Option<String>,
-}
-
-impl fmt::Debug for Opened {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Opened")
-            .field("renderer", &self.renderer.info())
-            .field("notice", &self.notice)
-            .finish()
-    }
 }
 
 /// Opens the renderer of choice.
@@ -92,14 +47,6 @@ fn notice(error: &RenderError) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_round_trip() {
-        for choice in [RendererChoice::Auto, RendererChoice::Wgpu, RendererChoice::Reference] {
-            assert_eq!(choice.to_string().parse(), Ok(choice));
-        }
-        assert!("Vulkan".parse::<RendererChoice>().unwrap_err().to_string().contains("`Vulkan`"));
-    }
 
     #[test]
     fn the_notice_names_the_package() {

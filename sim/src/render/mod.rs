@@ -17,6 +17,7 @@ mod view;
 pub mod wgpu;
 
 use crate::model::Model;
+use crate::scene::MAX_SIDE;
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vantage_dataset::{Camera, Pose};
@@ -26,9 +27,6 @@ pub const NO_OBJECT: u32 = 0;
 
 /// Distance of the near plane along the optical axis, metres.
 pub const NEAR: f64 = 0.01;
-
-/// Greatest width and height of an image, pixels.
-pub const MAX_SIDE: u32 = 4096;
 
 /// A model placed in the world.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! A camera carried by hand.
 
-use crate::robot::drive::Drive;
+use super::Drive;
 use crate::scene::HandheldSpec;
 use std::f64::consts::PI;
 use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};

@@ -1,11 +1,60 @@
-//! The robot: its path, its body and its camera, `x_{k+1} = f(x_k, u_k)`.
+//! The robot: its way and its camera, `x_{k+1} = f(x_k, u_k)`.
 
-pub mod body;
-pub mod chain;
-pub mod circuit;
-pub mod drive;
-pub mod hand;
+mod hand;
 pub mod mount;
-pub mod stations;
-pub mod track;
-pub mod walk;
+mod pursuit;
+mod stations;
+mod walk;
+
+use crate::error::{Progress, SimError};
+use crate::physics::Physics;
+use crate::plan::ground::Ground;
+use crate::plan::track::Track;
+use crate::scene::{PathSpec, RobotSpec, StartSpec};
+use vantage_dataset::{Pose, Seed};
+
+/// Where a robot was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Seconds since the start, one a step.
+    pub timestamps: Vec<f64>,
+    /// True poses; the robot's origin is on the floor under its centre, x forward, y left, z up.
+    pub world_from_robot: Vec<Pose>,
+}
+
+/// Goes where the spec says. A robot drives, its speed kept to within half a physics step between two images; a hand sways
+/// about what it would have driven; a camera at stations is put there.
+pub fn drive(
+    physics: &mut Physics,
+    spec: &RobotSpec,
+    ground: &Ground,
+    seed: Seed,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Drive, SimError> {
+    let mut drive = if spec.path.stations() {
+        stations::visit(spec, ground)?
+    } else {
+        pursuit::pursue(physics, spec, &track(spec, ground, seed)?, progress)?
+    };
+    if let Some(hand) = &spec.handheld {
+        hand::sway(hand, &spec.camera.robot_from_camera(), &mut drive, seed);
+    }
+    Ok(drive)
+}
+
+/// The track of an episode.
+fn track(robot: &RobotSpec, ground: &Ground, seed: Seed) -> Result<Track, SimError> {
+    let track = match (&robot.path, Track::fixed(&robot.path)) {
+        (_, Some(track)) => track,
+        (PathSpec::RandomWalk { legs, leg_length, clearance }, None) => {
+            let mut stream = seed.stream("walk", 0);
+            Track::along(walk::draw(*legs, *leg_length, *clearance, ground, &mut stream)?)
+        }
+        (_, None) => return Err(SimError::NoTrack),
+    };
+    if robot.start == StartSpec::Anywhere && robot.path.is_closed() {
+        let start = track.length() * seed.stream("start", 0).unit();
+        return Ok(track.begun_at(start));
+    }
+    Ok(track)
+}

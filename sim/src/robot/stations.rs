@@ -1,11 +1,11 @@
 //! Images taken at given places: the protocols of BigBIRD's turntable and of the Active Vision dataset.
 
+use super::Drive;
+use super::mount::looking;
 use crate::error::SimError;
-use crate::robot::body;
-use crate::robot::drive::Drive;
-use crate::robot::mount::looking;
+use crate::plan::body;
+use crate::plan::ground::Ground;
 use crate::scene::{PathSpec, RobotSpec};
-use crate::world::ground::Ground;
 use nalgebra::{Translation3, UnitQuaternion, Vector2, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::Pose;

@@ -1,11 +1,11 @@
 //! Random walks that touch nothing.
 
-use super::chain::Chain;
 use crate::error::SimError;
-use crate::robot::body;
+use crate::plan::body;
+use crate::plan::chain::Chain;
+use crate::plan::ground::Ground;
 use crate::scene::path::SHARPEST;
 use crate::scene::rule::Interval;
-use crate::world::ground::Ground;
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 use vantage_dataset::Stream;

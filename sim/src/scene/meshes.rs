@@ -1,6 +1,5 @@
 //! `world.meshes`: objects from files.
 
-use crate::mesh_file::UpAxis;
 use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
@@ -57,6 +56,16 @@ pub struct FixtureSpec {
     #[serde(default)]
     #[garde(range(min = -360.0, max = 360.0), custom(not_nan))]
     pub yaw_deg: f64,
+}
+
+/// The axis of a file that points up; the front of the object is then the axis that becomes +x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxis {
+    /// z; the front is +x.
+    Z,
+    /// y, as in glTF; the front is +z.
+    Y,
 }
 
 /// Turns about the vertical that leave the look of an object unchanged.

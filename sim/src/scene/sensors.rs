@@ -1,11 +1,13 @@
 //! `sensors`: camera, detector and odometry.
 
-use crate::render::MAX_SIDE;
 use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::Camera;
+
+/// Greatest width and height of an image, pixels.
+pub const MAX_SIDE: u32 = 4096;
 
 /// What the robot measures with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]

@@ -1,7 +1,7 @@
 //! `views`: the pictures of single objects that the model is trained on.
 
-use crate::scene::OdometrySpec;
 use crate::scene::rule::{Interval, interval_within, not_nan};
+use crate::scene::sensors::OdometrySpec;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! `world`: surface, objects, room and light.
 
-use crate::object::Family;
+use crate::scene::family::Family;
 use crate::scene::furniture::PieceSpec;
 use crate::scene::meshes::{FixtureSpec, MeshSpec};
 use crate::scene::rule::{Interval, interval_within, not_nan};

@@ -1,9 +1,8 @@
 //! One arrangement of an object: its neighbours and its light.
 
+use crate::checked::ViewConditions;
 use crate::object::Object;
 use crate::render::{Placement, RenderScene};
-use crate::scene::ViewConditions;
-use crate::world::layout::footprint;
 use crate::world::lighting;
 use nalgebra::{Translation3, UnitQuaternion, Vector2, Vector3};
 use std::f64::consts::PI;
@@ -41,7 +40,7 @@ impl Session {
             id,
         };
         let mut placements = vec![placed(&objects[target], Pose::identity(), TARGET)];
-        let mut taken = vec![(Vector2::zeros(), footprint(&objects[target]))];
+        let mut taken = vec![(Vector2::zeros(), objects[target].footprint())];
         let neighbours = if stream.chance(conditions.views.occluder_probability) && objects.len() > 1 {
             1 + stream.below(NEIGHBOURS)
         } else {
@@ -50,7 +49,7 @@ impl Session {
         for _ in 0..neighbours {
             let other = (target + 1 + stream.below(objects.len() - 1)) % objects.len();
             let neighbour = &objects[other];
-            let radius = footprint(neighbour);
+            let radius = neighbour.footprint();
             let apart = taken[0].1 + radius + conditions.spacing + stream.uniform(0.0, LOOSENESS);
             let azimuth = stream.uniform(-PI, PI);
             let yaw = stream.uniform(-PI, PI);

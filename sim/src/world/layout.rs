@@ -2,7 +2,7 @@
 
 use crate::error::SimError;
 use crate::object::Object;
-use crate::world::stand::{Outline, Stand};
+use crate::plan::stand::{Outline, Stand};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 use vantage_dataset::Stream;
@@ -37,13 +37,8 @@ pub struct Footprint {
 impl Footprint {
     /// An object's.
     pub fn of(object: &Object) -> Self {
-        Self { radius: footprint(object), height: 2.0 * object.half_extents[2] }
+        Self { radius: object.footprint(), height: 2.0 * object.half_extents[2] }
     }
-}
-
-/// Radius of the circle around an upright object's footprint, metres.
-pub fn footprint(object: &Object) -> f64 {
-    libm::hypot(object.half_extents[0], object.half_extents[1])
 }
 
 /// Free height that is left above an object, metres.

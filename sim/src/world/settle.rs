@@ -2,9 +2,9 @@
 
 use crate::error::{Progress, SimError, Stage};
 use crate::object::Object;
+use crate::physics::{Body, Physics, RATE};
+use crate::plan::stand::Stand;
 use crate::world::layout::Place;
-use crate::world::physics::{Body, Physics, RATE};
-use crate::world::stand::Stand;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use vantage_dataset::Pose;
 

@@ -3,10 +3,11 @@
 use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::object::Fixture;
+use crate::plan::block::Block;
+use crate::plan::furnishing::Furnishing;
+use crate::plan::stand::{Outline, Stand};
 use crate::render::{NO_OBJECT, Placement};
 use crate::scene::RoomSpec;
-use crate::world::furnishing::{Block, Furnishing};
-use crate::world::stand::{Outline, Stand};
 use crate::world::wallpaper;
 use nalgebra::{Translation3, Vector2, Vector3};
 use std::f64::consts::PI;
@@ -19,7 +20,12 @@ const PANEL: f64 = 1.5;
 const CORNERS: usize = 40;
 
 /// Floor, walls, stands and furniture, each with a texture of its own drawn from the seed; all stands share one.
-pub fn placements(room: &RoomSpec, furnishing: &Furnishing, seed: Seed) -> Vec<Placement> {
+pub fn placements(
+    room: &RoomSpec,
+    furnishing: &Furnishing,
+    fixtures: &[Fixture],
+    seed: Seed,
+) -> Vec<Placement> {
     let texture = |index: u64| wallpaper::draw(&mut seed.stream("wallpaper", index));
     let placed = |mesh: Mesh, texture: u64, world_from_model: Pose| Placement {
         model: Arc::new(Model::new(mesh, wallpaper::draw(&mut seed.stream("wallpaper", texture)))),
@@ -36,7 +42,7 @@ pub fn placements(room: &RoomSpec, furnishing: &Furnishing, seed: Seed) -> Vec<P
         blocks.iter().for_each(|block| add_block(&mut mesh, block));
         placed(mesh, texture, Pose::identity())
     }));
-    drawn.extend(furnishing.fixtures.iter().map(Fixture::placement));
+    drawn.extend(fixtures.iter().map(Fixture::placement));
     let solid = || furnishing.stands.iter().filter(|stand| stand.solid);
     let Some(first) = solid().next() else { return drawn };
     let model = Arc::new(Model::new(stand_mesh(first), texture(3)));

@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
-use vantage_sim::mesh_file::{MeshFileError, UpAxis};
+use vantage_sim::mesh_file::MeshFileError;
 use vantage_sim::object::{MeshEntry, MeshLibrary};
+use vantage_sim::scene::UpAxis;
 use vantage_sim::scene::{MeshSpec, SymmetrySpec};
 
 /// Corners of a unit cube, z up.
@@ -76,7 +77,7 @@ pub fn spec(path: impl Into<PathBuf>) -> MeshSpec {
 }
 
 pub fn load_all(path: impl Into<PathBuf>) -> Result<MeshLibrary, MeshFileError> {
-    MeshLibrary::load(&[spec(path)], Path::new(""))
+    MeshLibrary::load(&[spec(path)], Path::new(""), &mut |_| ())
 }
 
 /// The only mesh.

@@ -1,8 +1,11 @@
 //! Folders of models, as collections have them.
 
-use crate::files::{FACES, cube_folder, flag, load, load_all, obj_cube, obj_faces, obj_vertices, write};
+use crate::files::{
+    FACES, cube_folder, flag, load, load_all, obj_cube, obj_faces, obj_vertices, spec, write,
+};
 use std::fs;
 use std::path::Path;
+use vantage_sim::error::{Progress, Stage};
 use vantage_sim::mesh_file::MeshFault;
 use vantage_sim::object::MeshLibrary;
 
@@ -21,6 +24,18 @@ fn scanned(folder: &Path) {
     write(folder, "meshes/model.mtl", "newmtl skin\nmap_Kd texture.png\n");
     fs::create_dir_all(folder.join("materials/textures")).unwrap();
     flag(16).save(folder.join("materials/textures/texture.png")).unwrap();
+}
+
+#[test]
+fn reading_many_meshes_tells_how_far_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a", "b", "c", "d", "e"] {
+        write(folder.path(), &format!("{name}.obj"), &plain(name));
+    }
+    let mut told = Vec::new();
+    MeshLibrary::load(&[spec(folder.path())], Path::new(""), &mut |progress| told.push(progress)).unwrap();
+    let progress = |done| Progress { stage: Stage::Meshes, done, total: 5 };
+    assert_eq!(told, [progress(0), progress(4), progress(5)]);
 }
 
 #[test]

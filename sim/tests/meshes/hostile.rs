@@ -7,6 +7,7 @@ use image::RgbImage;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
+use std::time::{Duration, Instant};
 use vantage_dataset::Seed;
 use vantage_sim::mesh_file::{MAX_TRIANGLES, MeshFault};
 
@@ -58,6 +59,10 @@ fn broken_geometry() {
     assert!(matches!(refused_obj(line, &["2 triangles", "area"]), MeshFault::NoArea(2)));
     let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
     assert!(matches!(refused_obj(sheet, &["volume"]), MeshFault::NoVolume));
+    for far in ["1e2", "1e6", "1e20", "1e38"] {
+        let fault = refused_obj(&cube.replacen("v 1 1 1", &format!("v 1 1 {far}"), 1), &["largest extent"]);
+        assert!(matches!(fault, MeshFault::Size { .. }), "{far}: {fault:?}");
+    }
     let slanted = "v 0 0 0\nv 1 0 1\nv 1 1 1\nv 0 1 0\nf 1 2 3 4\n";
     assert!(matches!(refused_obj(slanted, &["volume"]), MeshFault::NoVolume));
 }
@@ -151,6 +156,42 @@ fn normals_that_are_none_are_made_anew() {
 }
 
 #[test]
+fn lines_are_not_drawn_and_long_names_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let cube = obj_vertices() + &obj_faces(&FACES);
+    let plain = load(write(folder.path(), "cube.obj", &cube));
+    let comment = format!("l 1 2 7\n  l 1 2 3 5\n#{}\n", "x".repeat(10_000));
+    let lined = load(write(folder.path(), "cube.obj", &(cube.clone() + &comment)));
+    assert_eq!(plain.object.model, lined.object.model);
+    let fault = refused_obj(&format!("o {}\n{cube}", "x".repeat(5000)), &["characters", "5002"]);
+    assert!(matches!(fault, MeshFault::TooMany { .. }));
+}
+
+#[test]
+fn points_at_which_very_many_triangles_meet_take_no_longer() {
+    /// A cone whose base is one face.
+    fn cone(sides: usize) -> String {
+        let mut text = "v 0 0 1\n".to_owned();
+        for side in 0..sides {
+            let (y, x) = (std::f64::consts::TAU * side as f64 / sides as f64).sin_cos();
+            text += &format!("v {x} {y} 0\n");
+        }
+        let base: String = (0..sides).rev().map(|side| format!(" {}", side + 2)).collect();
+        let slope = |side| format!("f 1 {} {}\n", side + 2, (side + 1) % sides + 2);
+        text + &format!("f{base}\n") + &(0..sides).map(slope).collect::<String>()
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let load = |sides| load(write(folder.path(), "cone.obj", &cone(sides))).object.model;
+    let start = Instant::now();
+    for (sides, is_simplified) in [(400, true), (2000, false), (200_000, false)] {
+        let model = load(sides);
+        model.simplify();
+        assert_eq!(model.simpler_levels() > 0, is_simplified, "{sides}");
+    }
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+}
+
+#[test]
 fn texture_coordinates_that_are_none() {
     let folder = cube_folder();
     for number in ["nan", "inf", "1e30"] {
@@ -177,6 +218,18 @@ fn images_that_are_none_or_bombs() {
         fs::write(&image, bytes).unwrap();
         assert!(matches!(refused(), MeshFault::Image { .. }));
     }
+    // Half a JPEG, of which the decoder would make up the rest, and one without its last bytes.
+    write(folder.path(), "cube.mtl", "newmtl skin\nmap_Kd flag.jpg\n");
+    let jpeg = folder.path().join("flag.jpg");
+    crate::files::flag(64).save(&jpeg).unwrap();
+    load(folder.path().join("cube.obj"));
+    let whole_jpeg = fs::read(&jpeg).unwrap();
+    for length in [whole_jpeg.len() / 2, whole_jpeg.len() - 10, whole_jpeg.len() - 2] {
+        fs::write(&jpeg, &whole_jpeg[..length]).unwrap();
+        let fault = self::refused(&folder.path().join("cube.obj"), &["`flag.jpg`", "cut short"]);
+        assert!(matches!(fault, MeshFault::Image { .. }), "{length}: {fault:?}");
+    }
+    write(folder.path(), "cube.mtl", "newmtl skin\nmap_Kd flag.png\n");
     // A header that promises four thousand million pixels.
     let mut bomb = whole;
     bomb[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);

@@ -34,6 +34,20 @@ fn the_cube_itself_is_sound() {
 }
 
 #[test]
+fn extras_are_any_json() {
+    let folder = tempfile::tempdir().unwrap();
+    for extras in [json!([1, "two"]), json!("words"), json!(3), json!({ "a": [] }), json!(null)] {
+        let mut gltf = gltf_cube();
+        for part in ["asset", "nodes", "meshes", "accessors", "buffers"] {
+            let part = if part == "asset" { &mut gltf[part] } else { &mut gltf[part][0] };
+            part["extras"] = extras.clone();
+        }
+        gltf["extras"] = extras;
+        load(write(folder.path(), "cube.gltf", &gltf.to_string()));
+    }
+}
+
+#[test]
 fn extensions_are_named() {
     for extension in ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization"] {
         let fault = refused(|gltf| gltf["extensionsRequired"] = json!([extension]), &[extension]);
@@ -54,7 +68,8 @@ fn indices_and_ranges() {
     let attribute =
         |gltf: &mut Value| gltf["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(9);
     assert!(matches!(refused(attribute, &["an accessor", "got 9"]), MeshFault::Index { got: 9, len: 2, .. }));
-    let huge: [Change; 7] = [
+    let huge: [Change; 8] = [
+        |gltf| gltf["bufferViews"][1]["byteLength"] = json!(97),
         |gltf| gltf["accessors"][1]["count"] = json!(9),
         |gltf| gltf["accessors"][1]["byteOffset"] = json!(u64::MAX / 2),
         |gltf| gltf["bufferViews"][1]["byteOffset"] = json!(u64::MAX),
@@ -67,7 +82,13 @@ fn indices_and_ranges() {
         let fault = refused(change, &["out of range"]);
         assert!(matches!(fault, MeshFault::Index { .. }), "{i}: {fault:?}");
     }
-    let broken: [(Change, &str); 8] = [
+    let broken: [(Change, &str); 11] = [
+        (|gltf| gltf["accessors"][1]["componentType"] = json!(5121), "another type"),
+        (|gltf| gltf["asset"]["version"] = json!("3.0"), "expected 2.0"),
+        (
+            |gltf| gltf["nodes"] = json!([{ "children": [1, 2] }, { "children": [2] }, { "mesh": 0 }]),
+            "node 2 has more than one parent",
+        ),
         (|gltf| gltf["nodes"][0]["mesh"] = json!(5), "bad.gltf"),
         (|gltf| gltf["scene"] = json!(5), "bad.gltf"),
         (|gltf| gltf["accessors"][1]["bufferView"] = json!(5), "bad.gltf"),
@@ -122,6 +143,9 @@ fn more_than_a_renderer_takes_is_refused_before_it_is_read() {
         gltf["nodes"] = json!(nodes);
     };
     assert!(matches!(refused(doubled, &["nodes"]), MeshFault::TooMany { .. } | MeshFault::Syntax { .. }));
+    let primitive = gltf_cube()["meshes"][0]["primitives"][0].clone();
+    let many = |gltf: &mut Value| gltf["meshes"][0]["primitives"] = json!(vec![primitive.clone(); 10_001]);
+    assert!(matches!(refused(many, &["10001 primitives"]), MeshFault::TooMany { .. }));
     let looped = |gltf: &mut Value| gltf["nodes"] = json!([{ "children": [1] }, { "children": [0] }]);
     assert!(matches!(refused(looped, &["nodes"]), MeshFault::TooMany { .. } | MeshFault::Syntax { .. }));
     assert!(start.elapsed() < Duration::from_secs(5));
@@ -141,6 +165,17 @@ fn features_that_would_look_wrong() {
         gltf["nodes"][0]["skin"] = json!(0);
     };
     assert!(matches!(refused(skinned, &["skin"]), MeshFault::Unsupported(..)));
+    let morphed = |weight: f64| {
+        move |gltf: &mut Value| {
+            gltf["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 1 }]);
+            gltf["meshes"][0]["weights"] = json!([weight]);
+        }
+    };
+    assert!(matches!(refused(morphed(0.5), &["morph targets"]), MeshFault::Unsupported(..)));
+    let mut at_rest = gltf_cube();
+    morphed(0.0)(&mut at_rest);
+    let folder = tempfile::tempdir().unwrap();
+    load(write(folder.path(), "cube.gltf", &at_rest.to_string()));
     let textured = |gltf: &mut Value| {
         gltf["materials"] =
             json!([{ "name": "bark", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
@@ -185,12 +220,9 @@ fn binaries_cut_short_or_lying_about_their_length() {
         let fault = refused_bytes(folder.path(), "bad.glb", &whole[..length], &[]);
         assert!(matches!(fault, MeshFault::Syntax { .. } | MeshFault::Index { .. }), "{length}: {fault:?}");
     }
-    for length in [0u32, 11, 12, 13, u32::MAX] {
+    for length in [0, 11, 12, 13, whole.len() as u32 - 4, whole.len() as u32 + 4, u32::MAX] {
         let mut lying = whole.clone();
         lying[8..12].copy_from_slice(&length.to_le_bytes());
-        // A length between is not trusted either: the chunks have their own.
-        if length != 12 && length != 13 {
-            refused_bytes(folder.path(), "bad.glb", &lying, &[]);
-        }
+        refused_bytes(folder.path(), "bad.glb", &lying, &["the header says"]);
     }
 }

@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use vantage_sim::mesh::Mesh;
-use vantage_sim::mesh_file::UpAxis;
 use vantage_sim::model::Model;
 use vantage_sim::object::{MeshLibrary, Object};
+use vantage_sim::scene::UpAxis;
 
 fn point(p: [f32; 3]) -> Vector3<f64> {
     Vector3::from(p).map(f64::from)
@@ -178,7 +178,7 @@ fn y_up_becomes_z_up_and_the_front_of_gltf_becomes_plus_x() {
     let path =
         write(folder.path(), "nose.obj", &format!("{vertices}{quads}f 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n"));
     let standing = vantage_sim::scene::MeshSpec { up: UpAxis::Y, ..spec(path) };
-    let library = MeshLibrary::load(&[standing], Path::new("")).unwrap();
+    let library = MeshLibrary::load(&[standing], Path::new(""), &mut |_| ()).unwrap();
     let object = &library.iter().next().unwrap().object;
     assert!((object.half_extents - Vector3::new(0.3, 0.05, 0.1)).norm() < 1e-7, "{}", object.half_extents);
     let front = object.model.mesh.positions.iter().filter(|p| p[0] > 0.299).count();

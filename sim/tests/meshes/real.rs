@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 use vantage_dataset::{Camera, Pose};
-use vantage_sim::mesh_file::UpAxis;
 use vantage_sim::object::{MeshEntry, MeshLibrary, Object};
+use vantage_sim::physics::Physics;
+use vantage_sim::plan::furnishing::Furnishing;
+use vantage_sim::plan::stand::{Outline, Stand};
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::render::{Light, Placement, RenderScene, Renderer, Shot};
 use vantage_sim::scene::MeshSpec;
-use vantage_sim::world::furnishing::Furnishing;
+use vantage_sim::scene::UpAxis;
 use vantage_sim::world::layout::Place;
-use vantage_sim::world::physics::Physics;
 use vantage_sim::world::settle::settle;
-use vantage_sim::world::stand::{Outline, Stand};
 
 /// Past the harness, which swallows what tests print.
 fn tell(what: &str) {
@@ -74,7 +74,7 @@ fn read(folder: &Path) -> Vec<(Value, MeshEntry)> {
         })
         .collect();
     let start = Instant::now();
-    let library = MeshLibrary::load(&specs, folder).unwrap();
+    let library = MeshLibrary::load(&specs, folder, &mut |_| ()).unwrap();
     tell(&format!("{} meshes in {:.2} s", entries.len(), start.elapsed().as_secs_f64()));
     entries.into_iter().zip(library.iter().cloned()).collect()
 }
@@ -160,7 +160,7 @@ fn all_come_to_rest_on_a_table() {
     let table = Stand::solid(Vector2::zeros(), 0.7, outline);
     for (entry, mesh) in library(&folder) {
         let place = Place { stand: 0, position: Vector2::zeros(), yaw: 0.3 };
-        let mut physics = Physics::new(&Furnishing { stands: vec![table], ..Furnishing::default() });
+        let mut physics = Physics::new(&Furnishing { stands: vec![table], ..Furnishing::default() }, &[]);
         let object = [mesh.object.clone()];
         let poses = settle(&mut physics, &[table], &object, &[place], 20, &mut |_| ());
         let pose = poses.unwrap_or_else(|error| panic!("{}: {error}", text(entry, "name")))[0];
@@ -190,7 +190,7 @@ fn broken_files_are_refused_by_name_and_cause() {
     }
     assert_eq!(bad.len(), 7);
     for (path, cause) in bad {
-        let error = MeshLibrary::load(&[spec(&path)], Path::new("")).unwrap_err().to_string();
+        let error = MeshLibrary::load(&[spec(&path)], Path::new(""), &mut |_| ()).unwrap_err().to_string();
         assert!(error.contains(cause), "{cause:?} is not in: {error}");
         assert!(error.contains(path.file_name().unwrap().to_str().unwrap()), "{error}");
     }

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use vantage_dataset::{Camera, Pose, Seed, Split};
 use vantage_sim::mesh::Mesh;
 use vantage_sim::model::Model;
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
 use vantage_sim::render::{Frame, Light, NO_OBJECT, Placement, RenderScene, Shot, TileShot};
+use vantage_sim::scene::Family;
 use vantage_sim::texture::{TEXTURE_SIDE, Texture};
 
 const COLUMNS: usize = 6;

@@ -2,8 +2,8 @@
 
 use crate::scene::{checked, shipped, small};
 use vantage_dataset::{Pose, Seed, Split};
+use vantage_sim::checked::SceneSpec;
 use vantage_sim::rollout::{Rollout, roll_out};
-use vantage_sim::scene::SceneSpec;
 
 /// Digests of episode 0 of the shipped scenes. A change of objects, physics, paths, odometry or scene files re-mints
 /// them, and says in the changelog why.

@@ -3,19 +3,19 @@ use nalgebra::{Vector2, Vector3};
 use vantage_dataset::Seed;
 use vantage_dataset::Split;
 use vantage_sim::error::SimError;
-use vantage_sim::robot::drive::{Drive, drive};
-use vantage_sim::robot::track::Track;
+use vantage_sim::physics::Physics;
+use vantage_sim::plan::furnishing::Furnishing;
+use vantage_sim::plan::ground::Ground;
+use vantage_sim::plan::stand::{Outline, Stand};
+use vantage_sim::plan::track::Track;
+use vantage_sim::robot::{Drive, drive};
 use vantage_sim::rollout::roll_out;
 use vantage_sim::scene::RobotSpec;
-use vantage_sim::world::furnishing::Furnishing;
-use vantage_sim::world::ground::Ground;
-use vantage_sim::world::physics::Physics;
-use vantage_sim::world::stand::{Outline, Stand};
 
 fn driven(robot: &RobotSpec, furnishing: Furnishing) -> Result<Drive, SimError> {
     let room = shipped("sparse_loop").world.room;
-    let ground = Ground::new(&room, &Furnishing::default());
-    drive(&mut Physics::new(&furnishing), robot, &ground, Seed(0), &mut |_| ())
+    let ground = Ground::new(&room, Vec::new());
+    drive(&mut Physics::new(&furnishing, &[]), robot, &ground, Seed(0), &mut |_| ())
 }
 
 #[test]

@@ -3,16 +3,17 @@
 use crate::scene::{checked, shipped};
 use nalgebra::Vector3;
 use vantage_dataset::{Seed, Split};
-use vantage_sim::robot::body;
+use vantage_sim::checked::SceneSpec;
+use vantage_sim::plan::body;
+use vantage_sim::plan::ground::Ground;
 use vantage_sim::rollout::{Rollout, roll_out};
 use vantage_sim::scene::rule::Interval;
-use vantage_sim::scene::{HandheldSpec, PathSpec, SceneSpec};
-use vantage_sim::world::ground::Ground;
+use vantage_sim::scene::{HandheldSpec, PathSpec};
 
 fn rolled_out(spec: SceneSpec, seed: u64) -> (Rollout, Ground) {
     let scene = checked(spec);
     let rollout = roll_out(&scene, Seed(seed), Split::Test, &mut |_| ()).unwrap();
-    let ground = Ground::new(&scene.world().room, &rollout.world.furnishing);
+    let ground = rollout.world.ground(&scene.world().room);
     (rollout, ground)
 }
 

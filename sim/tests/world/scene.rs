@@ -3,10 +3,9 @@
 use serde::Deserialize;
 use std::fs;
 use std::path::Path;
+use vantage_sim::checked::{CheckedScene, SceneSpec};
 use vantage_sim::scene::rule::Interval;
-use vantage_sim::scene::{
-    CheckedScene, LightingSpec, PathSpec, RobotSpec, SceneSpec, SensorSpec, ViewsSpec, WorldSpec,
-};
+use vantage_sim::scene::{LightingSpec, PathSpec, RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
 
 /// The simulator's part of a scene file.
 #[derive(Deserialize)]
@@ -41,7 +40,7 @@ pub fn small() -> SceneSpec {
 
 /// Checked, as it must be; without meshes.
 pub fn checked(spec: SceneSpec) -> CheckedScene {
-    CheckedScene::new(spec, Path::new("")).unwrap()
+    CheckedScene::new(spec, Path::new(""), &mut |_| ()).unwrap()
 }
 
 /// The same light from everywhere, so that looks differ by viewpoint only.

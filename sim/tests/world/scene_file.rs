@@ -2,19 +2,18 @@ use crate::scene::{checked, shipped, small};
 use garde::Validate;
 use std::path::Path;
 use vantage_dataset::{Seed, Split};
+use vantage_sim::checked::{CheckedScene, Misplaced, SceneError, SceneSpec};
 use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
-use vantage_sim::scene::{
-    CheckedScene, HandheldSpec, Misplaced, PathSpec, PieceSpec, SceneError, SceneSpec, SurfaceSpec, WorldSpec,
-};
+use vantage_sim::scene::{HandheldSpec, PathSpec, PieceSpec, SurfaceSpec, WorldSpec};
 use vantage_sim::views::training_views;
 
 const SHARING: [&str; 5] = ["sparse_loop", "shelves", "room", "corridor", "aliased"];
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
-    CheckedScene::new(spec, Path::new("")).expect_err("the scene breaks a rule").to_string()
+    CheckedScene::new(spec, Path::new(""), &mut |_| ()).expect_err("the scene breaks a rule").to_string()
 }
 
 #[test]
@@ -97,7 +96,7 @@ fn furniture_stands_within_the_room_and_not_in_one_another() {
         let mut spec = shipped("room");
         let SurfaceSpec::Furniture(pieces) = &mut spec.world.surface else { return Vec::new() };
         pieces.push(piece);
-        match CheckedScene::new(spec, Path::new("")) {
+        match CheckedScene::new(spec, Path::new(""), &mut |_| ()) {
             Ok(_) => Vec::new(),
             Err(SceneError::Placement(misplaced)) => misplaced.iter().map(Misplaced::to_string).collect(),
             Err(other) => panic!("{other}"),
@@ -139,7 +138,7 @@ fn more_objects_than_any_layout_holds_are_refused() {
     let with = |name: &str, objects: u32, spacing: f64| {
         let mut spec = shipped(name);
         (spec.world.objects, spec.world.spacing) = (objects, spacing);
-        CheckedScene::new(spec, Path::new("")).map(|_| ()).map_err(|error| error.to_string())
+        CheckedScene::new(spec, Path::new(""), &mut |_| ()).map(|_| ()).map_err(|error| error.to_string())
     };
     // Discs of 3 cm about the middles of the smallest, and a table of 65 cm with a margin of 1 cm: (66 / 3)^2 = 484.
     with("tabletop", 484, 0.02).unwrap();

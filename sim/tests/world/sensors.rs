@@ -3,8 +3,9 @@
 use crate::scene::{checked, small};
 use nalgebra::{Point3, Vector3};
 use vantage_dataset::{Episode, Seed, Split};
+use vantage_sim::checked::SceneSpec;
 use vantage_sim::render::reference::ReferenceRenderer;
-use vantage_sim::scene::{DetectorFaultsSpec, ImageSpec, LandmarkSpec, SceneSpec, SlipSpec};
+use vantage_sim::scene::{DetectorFaultsSpec, ImageSpec, LandmarkSpec, SlipSpec};
 use vantage_sim::simulate;
 
 fn episode(change: impl Fn(&mut SceneSpec)) -> Episode {

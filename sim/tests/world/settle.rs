@@ -2,14 +2,15 @@ use crate::scene::{checked, shipped, small};
 use nalgebra::{Point3, Vector2, Vector3};
 use vantage_dataset::{Pose, Seed, Split};
 use vantage_sim::error::SimError;
-use vantage_sim::object::{Family, Object};
+use vantage_sim::object::Object;
+use vantage_sim::physics::Physics;
+use vantage_sim::plan::furnishing::Furnishing;
+use vantage_sim::plan::stand::{Outline, Stand};
+use vantage_sim::scene::Family;
 use vantage_sim::scene::SurfaceSpec;
-use vantage_sim::world::World;
-use vantage_sim::world::furnishing::Furnishing;
 use vantage_sim::world::layout::Place;
-use vantage_sim::world::physics::Physics;
 use vantage_sim::world::settle::settle;
-use vantage_sim::world::stand::{Outline, Stand};
+use vantage_sim::world::{World, check_room};
 
 const TABLE: Stand = Stand {
     center: Vector2::new(0.5, -0.5),
@@ -21,7 +22,7 @@ const TABLE: Stand = Stand {
 
 fn drop_one(object: Object, position: Vector2<f64>, seconds: u32) -> Result<Pose, SimError> {
     let places = [Place { stand: 0, position, yaw: 0.3 }];
-    let mut physics = Physics::new(&Furnishing { stands: vec![TABLE], ..Furnishing::default() });
+    let mut physics = Physics::new(&Furnishing { stands: vec![TABLE], ..Furnishing::default() }, &[]);
     settle(&mut physics, &[TABLE], &[object], &places, seconds, &mut |_| ()).map(|poses| poses[0])
 }
 
@@ -78,8 +79,12 @@ fn a_mass_that_is_no_number_is_an_error() {
 fn a_table_too_small_holds_nothing() {
     let mut spec = small();
     spec.world.surface = SurfaceSpec::RoundTable { radius: 0.09, height: 0.7 };
-    let got = World::settled(&checked(spec), Split::Test, Seed(0), &mut |_| ());
+    let scene = checked(spec);
+    let got = World::settled(&scene, Split::Test, Seed(0), &mut |_| ());
     assert!(matches!(got, Err(SimError::NothingFits { wanted: 4, .. })));
+    let got = check_room(&scene, Split::Test, Seed(0));
+    assert!(matches!(got, Err(SimError::NothingFits { wanted: 4, .. })));
+    check_room(&checked(small()), Split::Test, Seed(0)).unwrap();
 }
 
 #[test]

@@ -1,8 +1,8 @@
 use crate::scene::{checked, shipped};
 use std::collections::BTreeSet;
 use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_sim::checked::ViewConditions;
 use vantage_sim::render::reference::ReferenceRenderer;
-use vantage_sim::scene::ViewConditions;
 use vantage_sim::views::training_views;
 
 pub fn conditions() -> ViewConditions {

@@ -2,13 +2,12 @@
 
 use super::{Factor, LinearFactor, finite};
 use crate::noise::Kernel;
-use crate::observation_model::ObservationModel;
 use crate::variable::{Key, Values};
 use nalgebra::DVector;
-use vantage_dataset::viewpoint::Conditioning;
 use vantage_dataset::{Pose, Viewpoint, se3};
+use vantage_model::ObservationModel;
 
-/// `W (m(z) - h(e, x_rel)) / scale` with `x_rel` the viewpoint of
+/// `W (m(z) - h(e, x_rel)) / noise scale` with `x_rel` the viewpoint of
 /// `object_from_camera = world_from_object^-1 world_from_robot robot_from_camera`.
 #[derive(Clone)]
 pub struct SemanticFactor<'m> {
@@ -47,10 +46,6 @@ impl<'m> SemanticFactor<'m> {
         let world_from_camera = values.pose(self.keys[0])? * self.robot_from_camera;
         Some(values.pose(self.keys[1])?.inv_mul(&world_from_camera))
     }
-
-    fn spread(&self) -> f64 {
-        self.model.noise().scale() * self.scaling.noise
-    }
 }
 
 impl Factor for SemanticFactor<'_> {
@@ -60,23 +55,23 @@ impl Factor for SemanticFactor<'_> {
 
     fn residual(&self, values: &Values) -> Option<DVector<f64>> {
         let viewpoint = Viewpoint::new(&self.object_from_camera(values)?, self.object_size)?;
-        let predicted = self.model.predict(values.vector(self.keys[2])?, &viewpoint.conditioning()).ok()?;
+        let predicted = self.model.predict(values.vector(self.keys[2])?, &viewpoint).ok()?;
         if predicted.len() != self.measurement.len() {
             return None;
         }
-        finite(self.model.noise().sqrt_information() * (&self.measurement - predicted) / self.spread())
+        finite(self.model.noise().sqrt_information() * (&self.measurement - predicted) / self.scaling.noise)
     }
 
     fn linearize(&self, values: &Values) -> Option<LinearFactor> {
         let object_from_camera = self.object_from_camera(values)?;
-        let conditioning = Conditioning::new(&object_from_camera, self.object_size)?;
+        let viewpoint = Viewpoint::new(&object_from_camera, self.object_size)?;
         let latent = values.vector(self.keys[2])?;
-        let near = self.model.linearize(latent, &conditioning.x).ok()?;
+        let near = self.model.linearize(latent, &viewpoint).ok()?;
         if !near.is_valid(self.measurement.len(), latent.len()) {
             return None;
         }
-        let whiten = self.model.noise().sqrt_information() / self.spread();
-        let d_camera = -(&whiten * near.d_conditioning * conditioning.jacobian);
+        let whiten = self.model.noise().sqrt_information() / self.scaling.noise;
+        let d_camera = -near.d_viewpoint.by_camera(&whiten, &object_from_camera, self.object_size)?;
         let d_robot = &d_camera * se3::adjoint(&self.robot_from_camera.inverse());
         let d_object = -(&d_camera * se3::adjoint(&object_from_camera.inverse()));
         let to_dynamic = |m: nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::U6>| {

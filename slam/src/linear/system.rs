@@ -1,6 +1,5 @@
-//! The numeric half: the normal equations at one point, and the damped step.
+//! The numeric half: the normal equations at one point.
 
-use super::reduced::Reduced;
 use super::structure::{Place, Structure};
 use crate::factor::LinearFactor;
 use crate::graph::Graph;
@@ -31,14 +30,6 @@ pub(super) struct LocalSystem {
     /// `[D x width]`: with the neighbours, in their order.
     pub coupling: Mat<f64>,
     pub gradient: Vec<f64>,
-}
-
-/// A step of all free variables.
-pub struct Step {
-    pub(super) kept: Vec<f64>,
-    pub(super) locals: Vec<Vec<f64>>,
-    /// By how much the linearised problem's cost would fall, nats.
-    pub predicted_decrease: f64,
 }
 
 impl Structure {
@@ -72,18 +63,6 @@ impl Structure {
         let finite = system.gradient.iter().chain(&system.hessian).all(|x| x.is_finite())
             && system.locals.iter().all(|local| local.gradient.iter().all(|x| x.is_finite()));
         finite.then_some(system)
-    }
-
-    /// `values` moved by `step`.
-    pub fn retract(&self, values: &Values, step: &Step) -> Values {
-        let mut moved = values.clone();
-        for kept in &self.kept {
-            moved.retract(kept.key, &step.kept[kept.column..kept.column + kept.dim]);
-        }
-        for (local, delta) in self.locals.iter().zip(&step.locals) {
-            moved.retract(local.key, delta);
-        }
-        moved
     }
 }
 
@@ -147,22 +126,6 @@ impl System<'_> {
         }
         add_to(&mut local.gradient, &jacobian.tr_mul(residual));
         Some(())
-    }
-
-    /// The step of `(H + lambda D) delta = -g`, or `None` where that is not positive definite.
-    pub fn step(&self, lambda: f64) -> Option<Step> {
-        let (kept, locals) = Reduced::new(self, lambda)?.solve()?;
-        let mut model = 0.0;
-        for (column, delta) in kept.iter().enumerate() {
-            model += delta * (lambda * self.scale(column) * delta - self.gradient[column]);
-        }
-        for (local, delta) in self.locals.iter().zip(&locals) {
-            for (i, d) in delta.iter().enumerate() {
-                model += d * (lambda * latent_damping_scale(local.hessian[(i, i)]) * d - local.gradient[i]);
-            }
-        }
-        let predicted_decrease = model / 2.0;
-        predicted_decrease.is_finite().then_some(Step { kept, locals, predicted_decrease })
     }
 
     /// D of a column of the reduced system.

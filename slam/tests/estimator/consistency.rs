@@ -1,9 +1,9 @@
 //! Calibration: the normalised estimation error squared of poses and objects is chi-square distributed.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_spec};
+use crate::which::{Which, estimate};
+use crate::world::{World, WorldSpec, matching_settings};
 use vantage_dataset::{Seed, se3};
-use vantage_slam::{Row, estimate};
 
 const SEEDS: u64 = 40;
 
@@ -15,13 +15,13 @@ fn interval(degrees_of_freedom: f64) -> (f64, f64) {
 }
 
 /// Mean NEES over its dimension, of the last pose and of the first object, with its interval.
-fn check(row: Row, model: Option<&TanhModel>) {
+fn check(which: Which, model: Option<&TanhModel>) {
     let spec = WorldSpec { odometry_sigma: [0.005, 0.005], ..WorldSpec::sparse_loop() };
     let (mut pose, mut object) = (0.0, 0.0);
     for seed in 0..SEEDS {
         let world = World::new(&spec, model, Seed(1000 + seed));
-        let model = model.map(|m| m as &dyn vantage_slam::ObservationModel);
-        let answer = estimate(&world.observations, row, model, &matching_spec(&spec)).unwrap();
+        let model = model.map(|m| m as &dyn vantage_model::ObservationModel);
+        let answer = estimate(&world.observations, which, model, &matching_settings(&spec)).unwrap();
         let last = spec.steps / 2;
         let error = se3::log(&answer.world_from_robot[last].inv_mul(&world.world_from_robot[last]));
         let covariance = answer.pose_covariances.as_ref().unwrap()[last];
@@ -33,7 +33,7 @@ fn check(row: Row, model: Option<&TanhModel>) {
     }
     let (of_pose, of_object) = (interval((6 * SEEDS) as f64), interval((3 * SEEDS) as f64));
     println!(
-        "{row}: NEES per dimension: pose {pose:.3} in {of_pose:.3?}, object {object:.3} in {of_object:.3?}"
+        "{which:?}: NEES per dimension: pose {pose:.3} in {of_pose:.3?}, object {object:.3} in {of_object:.3?}"
     );
     assert!(of_pose.0 < pose && pose < of_pose.1);
     assert!(of_object.0 < object && object < of_object.1);
@@ -45,7 +45,7 @@ fn odometry_alone_is_consistent() {
     let mut nees = 0.0;
     for seed in 0..SEEDS {
         let world = World::new(&spec, None, Seed(seed));
-        let answer = estimate(&world.observations, Row::Odometry, None, &matching_spec(&spec)).unwrap();
+        let answer = estimate(&world.observations, Which::Odometry, None, &matching_settings(&spec)).unwrap();
         let last = 20;
         let error = se3::log(&answer.world_from_robot[last].inv_mul(&world.world_from_robot[last]));
         let covariance = answer.pose_covariances.as_ref().unwrap()[last];
@@ -58,11 +58,11 @@ fn odometry_alone_is_consistent() {
 
 #[test]
 fn geometric_is_consistent() {
-    check(Row::Geometric, None);
+    check(Which::Geometric, None);
 }
 
 #[test]
 fn viewpoint_dependent_is_consistent() {
     let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
-    check(Row::ViewpointDependent, Some(&model));
+    check(Which::Semantic, Some(&model));
 }

@@ -1,9 +1,9 @@
 //! The orientation search finds the mode, wherever the object points.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_spec};
+use crate::which::{Which, estimate};
+use crate::world::{World, WorldSpec, matching_settings};
 use vantage_dataset::Seed;
-use vantage_slam::{EstimatorSpec, Row, estimate};
 
 #[test]
 fn the_grid_finds_the_yaw_that_no_start_value_tells() {
@@ -13,8 +13,7 @@ fn the_grid_finds_the_yaw_that_no_start_value_tells() {
     for seed in 0..6 {
         let world = World::new(&spec, Some(&model), Seed(100 + seed));
         let answer =
-            estimate(&world.observations, Row::ViewpointDependent, Some(&model), &matching_spec(&spec))
-                .unwrap();
+            estimate(&world.observations, Which::Semantic, Some(&model), &matching_settings(&spec)).unwrap();
         let errors = world.orientation_errors(&answer);
         right += errors.iter().filter(|e| e.to_degrees() < 10.0).count();
         all += errors.len();
@@ -34,9 +33,10 @@ fn second_modes_repair_what_one_blurred_view_got_wrong() {
     for seed in 0..6 {
         let world = World::new(&spec, Some(&model), Seed(seed));
         let with = |alternatives| {
-            let one_view = EstimatorSpec { orientation_views: 1, ..matching_spec(&spec) };
-            let settings = EstimatorSpec { alternatives, ..one_view };
-            estimate(&world.observations, Row::ViewpointDependent, Some(&model), &settings).unwrap()
+            let mut settings = matching_settings(&spec);
+            settings.orientation.views = 1;
+            settings.orientation.alternatives = alternatives;
+            estimate(&world.observations, Which::Semantic, Some(&model), &settings).unwrap()
         };
         let (without, tried) = (with(0), with(8));
         let wrong =

@@ -1,20 +1,18 @@
 //! Input that no robot could have recorded is refused by name.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_spec};
+use crate::which::{Which, estimate};
+use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::{DMatrix, DVector, Matrix6};
-use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Seed, Viewpoint};
-use vantage_slam::{
-    EstimateError, EstimatorSpec, LatentGaussian, Linearization, MeasurementNoise, ModelError,
-    ObservationModel, Row, estimate,
-};
+use vantage_model::{AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel};
+use vantage_slam::{EstimateError, Settings};
 
 fn refused(spoil: impl FnOnce(&mut World)) -> EstimateError {
     let spec = WorldSpec::sparse_loop();
     let mut world = World::new(&spec, None, Seed(1));
     spoil(&mut world);
-    estimate(&world.observations, Row::Geometric, None, &matching_spec(&spec)).unwrap_err()
+    estimate(&world.observations, Which::Geometric, None, &matching_settings(&spec)).unwrap_err()
 }
 
 #[test]
@@ -39,16 +37,27 @@ fn bad_observations() {
 }
 
 #[test]
-fn bad_settings_and_a_missing_model() {
+fn bad_settings() {
     let spec = WorldSpec::sparse_loop();
     let world = World::new(&spec, None, Seed(1));
-    let settings = EstimatorSpec { tilt_sigma: f64::NAN, ..matching_spec(&spec) };
-    let error = estimate(&world.observations, Row::Geometric, None, &settings).unwrap_err();
-    assert!(error.to_string().contains("tilt_sigma"), "{error}");
-    for row in [Row::ViewpointDependent, Row::Uninformative] {
-        let error = estimate(&world.observations, row, None, &matching_spec(&spec)).unwrap_err();
-        assert_eq!(error, EstimateError::ModelMissing { row });
+    let model = TanhModel::new([4, 6, 8], 0.03, 5.0, Seed(1));
+    let told = |which, spoil: &dyn Fn(&mut Settings)| {
+        let mut settings = matching_settings(&spec);
+        spoil(&mut settings);
+        estimate(&world.observations, which, Some(&model), &settings).unwrap_err().to_string()
+    };
+    for which in [Which::Semantic, Which::Uninformative] {
+        let error = told(which, &|settings| settings.semantics.tilt_sigma = f64::NAN);
+        assert!(error.contains("tilt_sigma"), "{error}");
     }
+    for which in Which::ALL {
+        let error = told(which, &|settings| settings.solver.tolerance = 0.0);
+        assert!(error.contains("tolerance"), "{error}");
+    }
+    let error = told(Which::Geometric, &|settings| settings.geometry.minimum_parallax = -1.0);
+    assert!(error.contains("minimum_parallax"), "{error}");
+    let error = told(Which::Semantic, &|settings| settings.orientation.yaw_candidates = 0);
+    assert!(error.contains("yaw_candidates"), "{error}");
 }
 
 /// A model that claims other dimensions than it answers with.
@@ -65,17 +74,17 @@ impl ObservationModel for Misfit {
     fn measurement_dim(&self) -> usize {
         self.claimed[1]
     }
-    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, AnswerError> {
         self.inner.measure(crop)
     }
-    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError> {
+    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
         self.inner.encode(crop, viewpoint)
     }
-    fn predict(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
-        self.inner.predict(latent, x)
+    fn predict(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+        self.inner.predict(latent, viewpoint)
     }
-    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
-        self.inner.linearize(latent, x)
+    fn linearize(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<Linearization, AnswerError> {
+        self.inner.linearize(latent, viewpoint)
     }
     fn noise(&self) -> &MeasurementNoise {
         &self.noise
@@ -89,11 +98,10 @@ fn a_model_that_does_not_fit_itself() {
     let world = World::new(&spec, Some(&inner), Seed(1));
     for (claimed, noise_dim) in [([9, 12], 12), ([8, 11], 11), ([8, 12], 11)] {
         let inner = TanhModel::new([8, 12, 16], 0.1, 5.0, Seed(1));
-        let noise = MeasurementNoise::new(DMatrix::identity(noise_dim, noise_dim), 5.0, 1.0).unwrap();
+        let noise = MeasurementNoise::new(DMatrix::identity(noise_dim, noise_dim), 5.0).unwrap();
         let model = Misfit { inner, claimed, noise };
-        let error =
-            estimate(&world.observations, Row::ViewpointDependent, Some(&model), &matching_spec(&spec))
-                .unwrap_err();
-        assert!(matches!(error, EstimateError::Model(ModelError::Shape { .. })), "{claimed:?}: {error}");
+        let error = estimate(&world.observations, Which::Semantic, Some(&model), &matching_settings(&spec))
+            .unwrap_err();
+        assert!(matches!(error, EstimateError::Model(AnswerError::Shape { .. })), "{claimed:?}: {error}");
     }
 }

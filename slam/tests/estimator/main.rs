@@ -13,4 +13,5 @@ mod repeatable;
 mod semantic;
 mod stalled;
 mod underconstrained;
+mod which;
 mod world;

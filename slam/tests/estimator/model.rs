@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Seed, Viewpoint};
-use vantage_slam::{LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel};
+use vantage_model::{
+    AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
+};
 
 pub struct TanhModel {
     latent: DMatrix<f64>,
@@ -29,12 +31,12 @@ impl TanhModel {
             conditioning,
             bias: random(hidden, 1, 0.3).column(0).into_owned(),
             output: random(m, hidden, 1.0 / (hidden as f64).sqrt()),
-            noise: MeasurementNoise::new(DMatrix::identity(m, m) / sigma, degrees_of_freedom, 1.0).unwrap(),
+            noise: MeasurementNoise::new(DMatrix::identity(m, m) / sigma, degrees_of_freedom).unwrap(),
         }
     }
 
-    fn activation(&self, latent: &DVector<f64>, conditioning: &[f64; CONDITIONING]) -> DVector<f64> {
-        let x = DVector::from_column_slice(conditioning);
+    fn activation(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> DVector<f64> {
+        let x = DVector::from_column_slice(&viewpoint.conditioning());
         (&self.latent * latent + &self.conditioning * x + &self.bias).map(f64::tanh)
     }
 
@@ -57,15 +59,15 @@ impl ObservationModel for TanhModel {
         self.output.nrows()
     }
 
-    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, AnswerError> {
         let numbers = crop.0.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap()));
         Ok(DVector::from_iterator(self.measurement_dim(), numbers.take(self.measurement_dim())))
     }
 
     /// The posterior of the model linearised at `e = 0`.
-    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, ModelError> {
+    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
         let d = self.latent_dim();
-        let near = self.linearize(&DVector::zeros(d), &viewpoint.conditioning())?;
+        let near = self.linearize(&DVector::zeros(d), viewpoint)?;
         let w = self.noise.sqrt_information();
         let j = w * near.d_latent;
         let precision = DMatrix::identity(d, d) + j.tr_mul(&j);
@@ -74,12 +76,12 @@ impl ObservationModel for TanhModel {
         Ok(LatentGaussian { mean, variance: covariance.diagonal() })
     }
 
-    fn predict(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
-        Ok(&self.output * self.activation(latent, x))
+    fn predict(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+        Ok(&self.output * self.activation(latent, viewpoint))
     }
 
-    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
-        let activation = self.activation(latent, x);
+    fn linearize(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<Linearization, AnswerError> {
+        let activation = self.activation(latent, viewpoint);
         let mut slope = self.output.clone();
         for (mut column, a) in slope.column_iter_mut().zip(activation.iter()) {
             column *= 1.0 - a * a;
@@ -87,7 +89,7 @@ impl ObservationModel for TanhModel {
         Ok(Linearization {
             mean: &self.output * activation,
             d_latent: &slope * &self.latent,
-            d_conditioning: slope * &self.conditioning,
+            d_viewpoint: ViewpointDerivative::new(slope * &self.conditioning),
         })
     }
 

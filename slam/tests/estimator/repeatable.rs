@@ -1,9 +1,10 @@
 //! The same episode gives the same bits, in whatever order its detections and odometry come.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_spec};
+use crate::which::{Which, estimate};
+use crate::world::{World, WorldSpec, matching_settings};
 use vantage_dataset::Seed;
-use vantage_slam::{Estimate, Row, estimate};
+use vantage_slam::Estimate;
 
 fn bits(answer: &Estimate) -> Vec<u64> {
     let mut numbers = vec![answer.cost];
@@ -27,8 +28,7 @@ fn runs_and_orders_do_not_matter() {
     let spec = WorldSpec::sparse_loop();
     let mut world = World::new(&spec, Some(&model), Seed(8));
     let run = |world: &World| {
-        let answer =
-            estimate(&world.observations, Row::ViewpointDependent, Some(&model), &matching_spec(&spec));
+        let answer = estimate(&world.observations, Which::Semantic, Some(&model), &matching_settings(&spec));
         bits(&answer.unwrap())
     };
     let first = run(&world);

@@ -1,23 +1,24 @@
 //! Semantic factors: an accurate model helps, one without information changes nothing, bad crops are dropped.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_spec};
+use crate::which::{Which, estimate};
+use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::DVector;
 use vantage_dataset::{Seed, se3};
-use vantage_slam::{EstimatorSpec, Outcome, Row, estimate};
+use vantage_slam::{Outcome, Settings};
 
 #[test]
 fn an_accurate_model_lowers_ate_against_geometric() {
     let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
     let spec = WorldSpec::sparse_loop();
-    let settings = matching_spec(&spec);
+    let settings = matching_settings(&spec);
     let mut differences = Vec::new();
     let (mut geometric, mut semantic) = (0.0, 0.0);
     let mut orientation = Vec::new();
     for seed in 0..20 {
         let world = World::new(&spec, Some(&model), Seed(seed));
-        let of = |row| estimate(&world.observations, row, Some(&model), &settings).unwrap();
-        let (a, b) = (of(Row::Geometric), of(Row::ViewpointDependent));
+        let of = |which| estimate(&world.observations, which, Some(&model), &settings).unwrap();
+        let (a, b) = (of(Which::Geometric), of(Which::Semantic));
         assert_eq!(b.outcome, Outcome::Converged, "seed {seed}");
         orientation.extend(world.orientation_errors(&b).iter().map(|e| e.to_degrees()));
         let (a, b) = (world.ate(&a), world.ate(&b));
@@ -45,10 +46,10 @@ fn an_accurate_model_lowers_ate_against_geometric() {
 fn without_information_it_equals_geometric_to_rounding() {
     let model = TanhModel::new([8, 12, 32], 0.03, 5.0, Seed(1));
     let spec = WorldSpec::sparse_loop();
-    for settings in [matching_spec(&spec), EstimatorSpec::default()] {
+    for settings in [matching_settings(&spec), Settings::default()] {
         let world = World::new(&spec, Some(&model), Seed(8));
-        let of = |row| estimate(&world.observations, row, Some(&model), &settings).unwrap();
-        let (geometric, control) = (of(Row::Geometric), of(Row::Uninformative));
+        let of = |which| estimate(&world.observations, which, Some(&model), &settings).unwrap();
+        let (geometric, control) = (of(Which::Geometric), of(Which::Uninformative));
         assert_eq!(control.outcome, Outcome::Converged);
         for (a, b) in geometric.world_from_robot.iter().zip(&control.world_from_robot) {
             assert!(se3::log(&a.inv_mul(b)).norm() < 1e-9);
@@ -76,9 +77,10 @@ fn crops_the_model_cannot_measure_are_dropped_and_counted() {
     let model = TanhModel::new([8, 12, 32], 0.03, 5.0, Seed(1));
     let spec = WorldSpec::sparse_loop();
     let mut world = World::new(&spec, Some(&model), Seed(8));
-    let of =
-        |world: &World, row| estimate(&world.observations, row, Some(&model), &matching_spec(&spec)).unwrap();
-    let before = of(&world, Row::ViewpointDependent);
+    let of = |world: &World, which| {
+        estimate(&world.observations, which, Some(&model), &matching_settings(&spec)).unwrap()
+    };
+    let before = of(&world, Which::Semantic);
     assert_eq!(before.dropped_detections.non_finite, 0);
     let whole = |i: &usize| {
         let camera = world.observations.camera;
@@ -89,8 +91,8 @@ fn crops_the_model_cannot_measure_are_dropped_and_counted() {
         let nan = TanhModel::crop(&DVector::from_element(12, f64::NAN));
         world.observations.detections[index].masked_crop = nan;
     }
-    for row in [Row::ViewpointDependent, Row::Uninformative] {
-        let after = of(&world, row);
+    for which in [Which::Semantic, Which::Uninformative] {
+        let after = of(&world, which);
         assert_eq!(after.dropped_detections.non_finite, spoilt.len());
         assert!(after.world_from_robot.iter().all(|p| p.translation.vector.norm().is_finite()));
         let views = |e: &vantage_slam::Estimate| -> usize {
@@ -101,8 +103,8 @@ fn crops_the_model_cannot_measure_are_dropped_and_counted() {
     for detection in &mut world.observations.detections {
         detection.masked_crop = TanhModel::crop(&DVector::from_element(12, f64::INFINITY));
     }
-    let none = of(&world, Row::ViewpointDependent);
-    let geometric = of(&world, Row::Geometric);
+    let none = of(&world, Which::Semantic);
+    let geometric = of(&world, Which::Geometric);
     assert_eq!(none.world_from_robot, geometric.world_from_robot);
     assert!(none.objects.iter().flatten().all(|o| o.orientation.is_none() && o.latent.is_none()));
 }
@@ -112,17 +114,19 @@ fn view_separation_thins_and_tempering_widens() {
     let model = TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1));
     let spec = WorldSpec::sparse_loop();
     let world = World::new(&spec, Some(&model), Seed(8));
-    let with = |settings: EstimatorSpec| {
-        estimate(&world.observations, Row::ViewpointDependent, Some(&model), &settings).unwrap()
+    let with = |changed: &dyn Fn(&mut Settings)| {
+        let mut settings = matching_settings(&spec);
+        changed(&mut settings);
+        estimate(&world.observations, Which::Semantic, Some(&model), &settings).unwrap()
     };
-    let all = with(matching_spec(&spec));
-    let thinned = with(EstimatorSpec { minimum_view_separation: 0.3, ..matching_spec(&spec) });
+    let all = with(&|_| ());
+    let thinned = with(&|settings| settings.semantics.minimum_view_separation = 0.3);
     assert!(thinned.dropped_detections.redundant_viewpoint > 0);
     let views =
         |e: &vantage_slam::Estimate| -> usize { e.objects.iter().flatten().map(|o| o.semantic_views).sum() };
     assert_eq!(views(&all), views(&thinned) + thinned.dropped_detections.redundant_viewpoint);
 
-    let tempered = with(EstimatorSpec { semantic_information_scale: 0.1, ..matching_spec(&spec) });
+    let tempered = with(&|settings| settings.semantics.information_scale = 0.1);
     let volume = |e: &vantage_slam::Estimate| e.pose_covariances.as_ref().unwrap().last().unwrap().trace();
     assert!(volume(&tempered) > volume(&all));
 }
@@ -133,8 +137,9 @@ fn the_same_direction_a_lap_later_is_not_redundant() {
     let views = |laps: usize| -> usize {
         let spec = WorldSpec { steps: 1 + 40 * laps, laps: laps as f64, ..WorldSpec::sparse_loop() };
         let world = World::new(&spec, Some(&model), Seed(8));
-        let settings = EstimatorSpec { minimum_view_separation: 0.2, ..matching_spec(&spec) };
-        let answer = estimate(&world.observations, Row::ViewpointDependent, Some(&model), &settings).unwrap();
+        let mut settings = matching_settings(&spec);
+        settings.semantics.minimum_view_separation = 0.2;
+        let answer = estimate(&world.observations, Which::Semantic, Some(&model), &settings).unwrap();
         assert!(answer.dropped_detections.redundant_viewpoint > 0);
         answer.objects.iter().flatten().map(|object| object.semantic_views).sum()
     };

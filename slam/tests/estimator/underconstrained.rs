@@ -1,18 +1,19 @@
 //! Too little to go by: a typed outcome, finite numbers, never a panic.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_spec};
+use crate::which::{Which, estimate};
+use crate::world::{World, WorldSpec, matching_settings};
 use proptest::prelude::*;
 use vantage_dataset::{Observations, Seed};
-use vantage_slam::{Estimate, Key, Outcome, Row, UnresolvedReason, estimate};
+use vantage_slam::{Estimate, Key, Outcome, UnresolvedReason};
 
 fn small() -> WorldSpec {
     WorldSpec { steps: 12, laps: 0.4, ..WorldSpec::sparse_loop() }
 }
 
-fn run(observations: &Observations, row: Row) -> Estimate {
+fn run(observations: &Observations, which: Which) -> Estimate {
     let model = TanhModel::new([4, 6, 8], 0.03, 5.0, Seed(1));
-    let answer = estimate(observations, row, Some(&model), &matching_spec(&small())).unwrap();
+    let answer = estimate(observations, which, Some(&model), &matching_settings(&small())).unwrap();
     assert_eq!(answer.world_from_robot.len(), observations.steps());
     assert_eq!(answer.objects.len(), observations.tracks());
     let finite = |x: &f64| x.is_finite();
@@ -44,11 +45,11 @@ fn keep(observations: &mut Observations, mut wanted: impl FnMut(usize, usize) ->
 fn nothing_seen() {
     let mut world = world();
     world.observations.detections.clear();
-    for row in Row::ALL {
-        let expected = if row == Row::Odometry { Outcome::Converged } else { Outcome::NothingObserved };
-        let answer = run(&world.observations, row);
-        assert_eq!(answer.outcome, expected, "{row}");
-        assert_eq!(answer.world_from_robot, run(&world.observations, Row::Odometry).world_from_robot);
+    for which in Which::ALL {
+        let expected = if which == Which::Odometry { Outcome::Converged } else { Outcome::NothingObserved };
+        let answer = run(&world.observations, which);
+        assert_eq!(answer.outcome, expected, "{which:?}");
+        assert_eq!(answer.world_from_robot, run(&world.observations, Which::Odometry).world_from_robot);
     }
 }
 
@@ -73,13 +74,13 @@ fn an_object_seen_once_is_unresolved_and_the_rest_stands() {
         seen += 1;
         seen == 1
     });
-    for row in [Row::Geometric, Row::ViewpointDependent, Row::Uninformative] {
-        let answer = run(&world.observations, row);
+    for which in [Which::Geometric, Which::Semantic, Which::Uninformative] {
+        let answer = run(&world.observations, which);
         assert!(answer.objects[track].is_none());
         assert!(answer.unresolved.iter().any(|u| u.track == track && u.reason == UnresolvedReason::SeenOnce));
         assert!(answer.dropped_detections.unresolved >= 1);
         assert!(answer.objects.iter().flatten().count() > 0);
-        assert_eq!(answer.outcome, Outcome::Converged, "{row}");
+        assert_eq!(answer.outcome, Outcome::Converged, "{which:?}");
     }
 }
 
@@ -88,7 +89,7 @@ fn only_one_object_seen_once_is_nothing_observed() {
     let mut world = world();
     let first = world.observations.detections[0].clone();
     keep(&mut world.observations, |step, track| (step, track) == (first.step, first.track));
-    assert_eq!(run(&world.observations, Row::Geometric).outcome, Outcome::NothingObserved);
+    assert_eq!(run(&world.observations, Which::Geometric).outcome, Outcome::NothingObserved);
 }
 
 #[test]
@@ -98,11 +99,11 @@ fn one_pose_and_none() {
         world.observations.timestamps.truncate(steps);
         world.observations.odometry.clear();
         keep(&mut world.observations, |step, _| step < steps);
-        for row in Row::ALL {
-            let answer = run(&world.observations, row);
+        for which in Which::ALL {
+            let answer = run(&world.observations, which);
             let odometry = if steps == 0 { Outcome::NothingObserved } else { Outcome::Converged };
-            let expected = if row == Row::Odometry { odometry } else { Outcome::NothingObserved };
-            assert_eq!(answer.outcome, expected, "{row}, {steps} steps");
+            let expected = if which == Which::Odometry { odometry } else { Outcome::NothingObserved };
+            assert_eq!(answer.outcome, expected, "{which:?}, {steps} steps");
         }
     }
 }
@@ -112,9 +113,9 @@ fn a_gap_in_the_odometry_names_the_first_pose_behind_it() {
     let mut world = world();
     world.observations.odometry.retain(|o| o.to != 7);
     world.observations.detections.retain(|d| d.step < 7);
-    for row in Row::ALL {
-        let answer = run(&world.observations, row);
-        assert_eq!(answer.outcome, Outcome::Underconstrained { near: Key::Robot(7) }, "{row}");
+    for which in Which::ALL {
+        let answer = run(&world.observations, which);
+        assert_eq!(answer.outcome, Outcome::Underconstrained { near: Key::Robot(7) }, "{which:?}");
     }
 }
 
@@ -134,7 +135,7 @@ fn a_part_that_one_landmark_alone_ties_to_the_rest_is_underconstrained() {
     });
     let shared = shared.expect("some object is seen from both sides of the gap");
     keep(&mut world.observations, |_, track| track == shared);
-    let answer = run(&world.observations, Row::Geometric);
+    let answer = run(&world.observations, Which::Geometric);
     assert!(
         matches!(answer.outcome, Outcome::Underconstrained { .. } | Outcome::NothingObserved),
         "{}",
@@ -153,7 +154,7 @@ fn a_robot_that_stands_still_places_nothing() {
     for odometry in &mut world.observations.odometry {
         odometry.robot_from_robot = vantage_dataset::Pose::identity();
     }
-    let answer = run(&world.observations, Row::ViewpointDependent);
+    let answer = run(&world.observations, Which::Semantic);
     assert_eq!(answer.outcome, Outcome::NothingObserved);
     assert!(answer.objects.iter().all(Option::is_none));
 }
@@ -165,7 +166,7 @@ proptest! {
     fn any_part_of_an_episode_gives_finite_numbers(
         detections in proptest::collection::vec(any::<bool>(), 64),
         odometry in proptest::collection::vec(0..10usize, 11),
-        row in 1..4usize,
+        which in 1..4usize,
     ) {
         let mut world = world();
         let mut index = 0;
@@ -174,6 +175,6 @@ proptest! {
             detections[index % detections.len()]
         });
         world.observations.odometry.retain(|o| odometry[o.from] > 0);
-        run(&world.observations, Row::ALL[row]);
+        run(&world.observations, Which::ALL[which]);
     }
 }

@@ -6,8 +6,9 @@ use std::f64::consts::PI;
 use vantage_dataset::{
     BoundingBox, Camera, Crop, Detection, Observations, Odometry, Pose, Seed, Tangent, Viewpoint, se3,
 };
+use vantage_model::ObservationModel;
 use vantage_slam::noise::{BearingNoise, Kernel};
-use vantage_slam::{Estimate, EstimatorSpec, ObservationModel};
+use vantage_slam::{Estimate, GeometrySettings, Settings};
 
 #[derive(Clone, Copy)]
 pub struct WorldSpec {
@@ -54,13 +55,14 @@ pub struct World {
 pub const SIZE_OVER_BOX_SIDE: f64 = 1.2;
 
 /// Settings that match the worlds' noise exactly, where it is not zero.
-pub fn matching_spec(world: &WorldSpec) -> EstimatorSpec {
-    EstimatorSpec {
+pub fn matching_settings(world: &WorldSpec) -> Settings {
+    let geometry = GeometrySettings {
         bearing_noise: BearingNoise { fixed: world.bearing_sigma.max(1e-3), proportional: 0.0 },
         bearing_kernel: Kernel::Gaussian,
         size_over_box_side: SIZE_OVER_BOX_SIDE,
-        ..EstimatorSpec::default()
-    }
+        ..GeometrySettings::default()
+    };
+    Settings { geometry, ..Settings::default() }
 }
 
 impl World {
@@ -150,7 +152,7 @@ impl World {
                     let mut latent = seed.stream("latent", track as u64);
                     let e = nalgebra::DVector::from_fn(model.latent_dim(), |_, _| latent.normal());
                     let viewpoint = Viewpoint::new(&object_from_camera, self.sizes[track]).unwrap();
-                    let mean = model.predict(&e, &viewpoint.conditioning()).unwrap();
+                    let mean = model.predict(&e, &viewpoint).unwrap();
                     TanhModel::crop(&mean.map(|x| x + spec.semantic_sigma * semantic_noise.normal()))
                 });
                 self.observations.detections.push(Detection {

@@ -2,8 +2,9 @@
 
 use super::super::FORMAT;
 use super::super::error::{Fault, StoreError};
-use super::super::hashed_file::{hash_and_sync, inside, make_folder, sync_folder};
-use super::super::manifest::{FileRecord, read_json, verify_files, write_json};
+use super::super::file_record::FileRecord;
+use super::super::hashed_file::{hash_and_sync, inside, make_folder, sync_folder, verify_files};
+use super::super::manifest::{read_json, write_json};
 use super::Key;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -43,7 +44,7 @@ pub(super) fn inspect(folder: &Path, key: &Key) -> Result<State, StoreError> {
     if !folder.exists() {
         return Ok(State::Absent);
     }
-    let sound = read_json::<Record>(folder, NAME).and_then(|record| {
+    let sound = read_json::<Record>(folder, NAME, FORMAT).and_then(|record| {
         if record.key != key.hash() || record.stage != key.stage() {
             let fault = Fault::new(NAME, None, "key", record.key, key.hash());
             return Err(StoreError::invalid(folder)(fault));

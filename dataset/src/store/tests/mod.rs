@@ -7,7 +7,8 @@ mod hostile;
 mod round_trip;
 mod whole_file;
 
-use super::manifest::{FileRecord, Manifest};
+use super::file_record::FileRecord;
+use super::manifest::Manifest;
 use crate::crop::CROP_BYTES;
 use crate::views::InstanceRecord;
 use crate::*;

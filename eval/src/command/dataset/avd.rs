@@ -1,6 +1,6 @@
 //! `avd`: a grid of images in the layout of the Active Vision dataset, one scan a seed.
 
-use super::claim::{CLAIM, add_licences, claim};
+use super::claim::{add_licences, claimed, of_each_seed};
 use super::error::DatasetError;
 use super::images::licences;
 use super::{Format, Index, Need, Source};
@@ -9,10 +9,9 @@ use crate::result::output_folder::OutputError;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use vantage_dataset::layout::Inventory;
-use vantage_dataset::layout::avd::{AvdWriter, GRID, HEADINGS, ID_MAPS, ScanName, SceneType};
-use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, InstanceId, Seed, Split};
+use vantage_formats::Inventory;
+use vantage_formats::avd::{AvdWriter, GRID, HEADINGS, ID_MAPS, ScanName, SceneType};
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::PathSpec;
 
@@ -34,7 +33,7 @@ pub struct Avd {
 
 impl Avd {
     /// Below `root`.
-    pub fn open(root: &Path, source: &Source<'_>, provenance: &Provenance) -> Result<Self, BenchError> {
+    pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
         let unsuitable = |reason: String| Err(DatasetError::Unsuitable { format: "avd", reason }.into());
         let PathSpec::Grid { spacing, headings, .. } = &source.scene.robot().path else {
             return unsuitable("robot.path is not grid".to_owned());
@@ -48,8 +47,7 @@ impl Avd {
             return unsuitable("a scan has no two equal objects, and world.look_alike is 0".to_owned());
         }
         source.require_seeds_below(HOMES, "avd")?;
-        claim(root, provenance)?;
-        let inventory = Inventory::begin(root, "avd", source.provenance.clone())?;
+        let inventory = claimed(root, "avd", &source.provenance, of_each_seed)?;
         let (root, licences) = (root.to_owned(), licences(source.scene));
         Ok(Self { root, split: source.split, licences, scan: None, inventory })
     }
@@ -116,6 +114,6 @@ impl Format for Avd {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish(&[CLAIM, ID_MAPS[0], ID_MAPS[1]])?)
+        Ok(self.inventory.finish(&ID_MAPS)?)
     }
 }

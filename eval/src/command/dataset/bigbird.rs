@@ -1,6 +1,6 @@
 //! `bigbird`: a turntable's images as those of the BigBIRD rig, one folder an object.
 
-use super::claim::{CLAIM, add_licences, claim};
+use super::claim::{add_licences, claimed, of_each_seed};
 use super::error::DatasetError;
 use super::images::licences;
 use super::{Format, Index, Need, Source};
@@ -9,10 +9,9 @@ use crate::result::output_folder::OutputError;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use vantage_dataset::layout::bigbird::{BigBirdWriter, CAMERAS};
-use vantage_dataset::layout::{Inventory, object_name};
-use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, InstanceId, Pose, Seed, Split};
+use vantage_formats::bigbird::{BigBirdWriter, CAMERAS};
+use vantage_formats::{Inventory, object_name};
 use vantage_sim::rollout::Rollout;
 use vantage_sim::scene::PathSpec;
 
@@ -33,7 +32,7 @@ pub struct BigBird {
 
 impl BigBird {
     /// Below `root`.
-    pub fn open(root: &Path, source: &Source<'_>, provenance: &Provenance) -> Result<Self, BenchError> {
+    pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
         let scene = source.scene;
         let unsuitable =
             |reason: String| BenchError::from(DatasetError::Unsuitable { format: "bigbird", reason });
@@ -51,8 +50,7 @@ impl BigBird {
                 "angles are whole degrees, and robot.path.turntable.angles, {angles}, does not divide 360"
             )));
         }
-        claim(root, provenance)?;
-        let inventory = Inventory::begin(root, "bigbird", source.provenance.clone())?;
+        let inventory = claimed(root, "bigbird", &source.provenance, of_each_seed)?;
         let (root, split, licences) = (root.to_owned(), source.split, licences(source.scene));
         Ok(Self { root, degrees: 360 / angles, object: None, split, licences, inventory })
     }
@@ -117,6 +115,6 @@ impl Format for BigBird {
     }
 
     fn finish(self: Box<Self>) -> Result<(), BenchError> {
-        Ok(self.inventory.finish(&[CLAIM])?)
+        Ok(self.inventory.finish(&[])?)
     }
 }

@@ -2,32 +2,35 @@
 
 use super::error::DatasetError;
 use crate::command::error::BenchError;
-use crate::result::output_folder::OutputFolder;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use vantage_dataset::InstanceId;
-use vantage_dataset::layout::Inventory;
 use vantage_dataset::store::Provenance;
+use vantage_formats::Inventory;
 use vantage_sim::rollout::Rollout;
 
-/// File that says whose a folder is.
-pub const CLAIM: &str = "dataset.json";
+/// The dataset of parts in a folder, begun or gone on with: of a provenance that is the same in the entries that are `reaching` its files.
+pub fn claimed(
+    root: &Path,
+    layout: &str,
+    provenance: &Provenance,
+    reaching: impl Fn(&str) -> bool,
+) -> Result<Inventory, BenchError> {
+    let mut inventory = Inventory::begin(root, layout, provenance.clone())?;
+    let of = |provenance: &Provenance| -> Provenance {
+        provenance.clone().into_iter().filter(|(what, _)| reaching(what)).collect()
+    };
+    let (asked, before) = (of(provenance), inventory.before().map(of));
+    if let Some(before) = before.filter(|before| *before != asked) {
+        return Err(other_data(root, &before, &asked));
+    }
+    inventory.claim()?;
+    Ok(inventory)
+}
 
-/// Makes the folder ours, or finds that it is, of the same scene, split and renderer.
-pub fn claim(root: &Path, provenance: &Provenance) -> Result<(), BenchError> {
-    let path = root.join(CLAIM);
-    if let Ok(text) = fs::read(&path) {
-        return match serde_json::from_slice::<Provenance>(&text) {
-            Ok(found) if found == *provenance => Ok(()),
-            Ok(found) => Err(other_data(root, &found, provenance)),
-            Err(_) => Err(BenchError::NotOurs { folder: root.to_owned() }),
-        };
-    }
-    if fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(BenchError::NotOurs { folder: root.to_owned() });
-    }
-    Ok(OutputFolder::probe(root)?.write(CLAIM, &serde_json::to_vec_pretty(provenance)?)?)
+/// Whether an entry of a provenance reaches the files of each seed.
+pub fn of_each_seed(what: &str) -> bool {
+    what != "seeds"
 }
 
 /// That a folder holds data which are not those asked for, and in what they differ.

@@ -5,8 +5,8 @@ use super::{Format, Index, Need, Source, taken_up};
 use crate::command::error::BenchError;
 use std::collections::BTreeMap;
 use std::path::Path;
-use vantage_dataset::layout::{CropLayout, CropOptions, CropWriter};
 use vantage_dataset::{Episode, InstanceId, Seed, Split};
+use vantage_formats::{CropLayout, CropOptions, CropWriter};
 use vantage_sim::rollout::Rollout;
 
 /// Crops in a shard: about 40 MB of them.

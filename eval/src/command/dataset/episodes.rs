@@ -7,9 +7,9 @@ use crate::progress::Progress;
 use crate::result::output_folder::{OutputError, OutputFolder};
 use std::fs;
 use std::path::Path;
-use vantage_dataset::layout::SET_ASIDE;
 use vantage_dataset::store::{Provenance, StoreError, read_manifest, replace, verify, write_episode};
 use vantage_dataset::{Episode, Seed};
+use vantage_formats::SET_ASIDE;
 
 /// Folders of episodes.
 pub struct Episodes<'a> {

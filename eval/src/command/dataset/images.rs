@@ -4,14 +4,16 @@ use super::{Format, Index, Need, Source, taken_up, tell};
 use crate::command::error::BenchError;
 use crate::progress::Progress;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
-use vantage_dataset::layout::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
+use vantage_dataset::store::read_regular;
 use vantage_dataset::{Capture, InstanceId, ObjectTruth, Seed, Split};
+use vantage_formats::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Object;
 use vantage_sim::rollout::Rollout;
-use vantage_sim::scene::CheckedScene;
 
+/// A longer text, bytes, is no licence.
+const LARGEST_LICENCE: u64 = 1 << 20;
 /// Scenes have numbers of six digits.
 const MOST_SCENES: u64 = 1_000_000;
 
@@ -115,7 +117,8 @@ fn model(object: &Object, licence: Option<&String>) -> ObjectModel {
 pub fn licences(scene: &CheckedScene) -> BTreeMap<InstanceId, String> {
     let meshes = scene.meshes().iter();
     let licences = meshes.filter_map(|mesh| {
-        let text = fs::read_to_string(mesh.licence.as_ref()?).ok()?;
+        let text = read_regular(mesh.licence.as_ref()?, LARGEST_LICENCE).ok()?;
+        let text = String::from_utf8(text).ok()?;
         let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
         let named = lines().find_map(|line| {
             let (key, value) = line.split_once(':')?;

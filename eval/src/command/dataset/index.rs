@@ -4,11 +4,11 @@ use crate::command::error::BenchError;
 use crate::result::output_folder::OutputFolder;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
-use vantage_dataset::store::Provenance;
+use vantage_dataset::store::{Provenance, read_regular};
 use vantage_dataset::{Episode, Seed};
 
 const NAME: &str = "episodes.json";
+const LARGEST: u64 = 64 << 20;
 
 /// Counts by seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ pub struct Counts {
 impl Index {
     /// What an earlier run left; nothing where there was none, or one of other data.
     pub fn read(out: &OutputFolder, provenance: Provenance) -> Self {
-        let left = fs::read(out.path().join(NAME)).ok();
+        let left = read_regular(&out.path().join(NAME), LARGEST).ok();
         let left: Option<Self> = left.and_then(|text| serde_json::from_slice(&text).ok());
         let fits = left.filter(|index| index.provenance == provenance);
         fits.unwrap_or(Self { provenance, episodes: BTreeMap::new() })

@@ -29,17 +29,17 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use trajectories::Trajectories;
-use vantage_dataset::layout::{BopLayout, CropLayout, Opened};
 use vantage_dataset::store::Provenance;
 use vantage_dataset::{Capture, Episode, Seed, Split};
+use vantage_formats::{BopLayout, CropLayout, Opened};
 use vantage_sim::capture::capture;
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::episode::{OnLook, observe};
 use vantage_sim::error::Progress as Looked;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::Renderer;
 use vantage_sim::render::choice::open;
 use vantage_sim::rollout::{Rollout, roll_out};
-use vantage_sim::scene::CheckedScene;
 
 /// The most images in a shard of BOP's WebDataset, which allows a thousand.
 const IMAGES_PER_SHARD: u64 = 500;
@@ -141,8 +141,8 @@ fn tell(progress: &Progress, set_aside: &[PathBuf]) {
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let file: SceneFile = scene_file::read(&args.scene)?;
-    let scene = file.checked(&args.scene)?;
     let progress = Progress::detect();
+    let scene = file.checked(&args.scene, &progress)?;
     let _lock = out.lock(&progress)?;
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {
@@ -194,8 +194,8 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
                 let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
                 Box::new(Images::open(&at("bop-webdataset"), layout, &source)?)
             }
-            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source, &provenance)?),
-            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source, &provenance)?),
+            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source)?),
+            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source)?),
         });
     }
     let mut index = Index::read(&out, provenance.clone());

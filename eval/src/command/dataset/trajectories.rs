@@ -1,14 +1,13 @@
 //! `tum` and `g2o`: the true trajectory, and what odometry alone makes of it.
 
-use super::claim::other_data;
+use super::claim::claimed;
 use super::{Format, Index, Need, Source};
 use crate::command::error::BenchError;
 use crate::result::output_folder::OutputFolder;
 use crate::result::trajectory::Trajectory;
 use std::path::Path;
-use vantage_dataset::layout::Inventory;
-use vantage_dataset::store::{Provenance, write_g2o};
 use vantage_dataset::{Seed, Split};
+use vantage_formats::{Inventory, g2o};
 use vantage_sim::rollout::Rollout;
 use vantage_slam::initial::dead_reckoning;
 
@@ -37,17 +36,9 @@ impl<'a> Trajectories<'a> {
     fn open(out: &'a OutputFolder, source: &Source<'_>, as_graph: bool) -> Result<Self, BenchError> {
         let layout = if as_graph { G2O } else { TUM };
         let folder = out.path().join(layout);
-        let mut inventory = Inventory::begin(&folder, layout, source.provenance.clone())?;
         // What renders, and which code, does not reach these files.
-        let of = |provenance: &Provenance| -> Provenance {
-            let reaching = ["scene_hash", "split"].into_iter();
-            reaching.filter_map(|what| Some((what.to_owned(), provenance.get(what)?.clone()))).collect()
-        };
-        let (asked, before) = (of(&source.provenance), inventory.before().map(of));
-        if let Some(before) = before.filter(|before| *before != asked) {
-            return Err(other_data(&folder, &before, &asked));
-        }
-        inventory.claim()?;
+        let reaching = |what: &str| ["scene_hash", "split"].contains(&what);
+        let inventory = claimed(&folder, layout, &source.provenance, reaching)?;
         Ok(Self { out, as_graph, split: source.split, inventory })
     }
 }
@@ -63,9 +54,8 @@ impl Format for Trajectories<'_> {
         let by_odometry = dead_reckoning(rollout.steps(), &rollout.odometry);
         if self.as_graph {
             let name = format!("{seed}.g2o");
-            self.out.write_with(Path::new(G2O).join(&name), |path| {
-                write_g2o(path, &by_odometry, &rollout.odometry).map(drop)
-            })?;
+            let graph = g2o::encode(&by_odometry, &rollout.odometry);
+            self.out.write(Path::new(G2O).join(&name), graph.as_bytes())?;
             self.inventory.add(name, self.split, rollout.steps() as u64);
             return Ok(());
         }

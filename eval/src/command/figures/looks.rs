@@ -10,7 +10,8 @@ use crate::score::likelihood::Likelihood;
 use nalgebra::{DVector, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::{Crop, View, ViewSet, Viewpoint};
-use vantage_learn::{LatentGaussian, Viewing};
+use vantage_learn::Viewing;
+use vantage_model::LatentGaussian;
 
 /// Objects of the sheet and of the viewpoint maps, each of another family.
 const OBJECTS: usize = 6;
@@ -42,7 +43,7 @@ struct Parts<'a> {
 
 impl<'a> Looks<'a> {
     pub(super) fn new(set: &'a ViewSet, model: &'a dyn Viewing) -> Result<Self, BenchError> {
-        let encode = |view: &View| model.encode_view(&view.crop, &view.viewpoint);
+        let encode = |view: &View| model.encode(&view.crop, &view.viewpoint);
         Ok(Self { set, model, factors: set.views.iter().map(encode).collect::<Result<_, _>>()? })
     }
 
@@ -96,7 +97,7 @@ impl<'a> Looks<'a> {
                 residuals.extend(likelihood.whitened_residual(&view.viewpoint));
             }
         }
-        let found = calibration(&residuals, self.model.noise().degrees_of_freedom);
+        let found = calibration(&residuals, self.model.noise().degrees_of_freedom());
         Ok(found.map(|found| calibration_svg(&found)).transpose()?.map(String::into_bytes))
     }
 
@@ -124,7 +125,7 @@ impl<'a> Looks<'a> {
             held_out.truncate(HELD_OUT);
             let shown: Vec<&View> = [input].into_iter().chain(held_out).collect();
             let line = |latent: &DVector<f64>| -> Result<Option<Vec<Crop>>, BenchError> {
-                let crop = |view: &&View| self.model.reconstruct_view(latent, &view.viewpoint);
+                let crop = |view: &&View| self.model.reconstruct(latent, &view.viewpoint);
                 Ok(shown.iter().map(crop).collect::<Option<Result<_, _>>>().transpose()?)
             };
             let (Some(alone), Some(together)) =

@@ -34,7 +34,7 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     drawn.extend(posteriors(&set, &embeddings)?.map(|csv| ("posterior.csv", csv)));
     match model.viewing() {
         Some(viewing) => {
-            let looks = Looks::new(&set, &*viewing)?;
+            let looks = Looks::new(&set, viewing)?;
             if looks.any() {
                 match looks.predictions()? {
                     Some(png) => drawn.push(("predictions.png", png)),

@@ -9,11 +9,11 @@ use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use error::ImportRefusal;
 use std::io::Write;
-use vantage_dataset::layout::avd::read_scan;
-use vantage_dataset::layout::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};
-use vantage_dataset::layout::{ImportReport, Skipped};
 use vantage_dataset::store::{Provenance, write_episode, write_views};
-use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet, episode_views};
+use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet};
+use vantage_formats::avd::read_scan;
+use vantage_formats::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};
+use vantage_formats::{ImportReport, Skipped};
 
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
@@ -102,14 +102,7 @@ fn avd(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     }
     all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
     let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
-    let set = episode_views(&scan.episode, split(args), &takes);
-    let mut report = ImportReport { views: set.views.len(), ..scan.report };
-    for object in scan.episode.truth.objects.iter().filter(|object| takes(object)) {
-        if !set.instances.iter().any(|instance| instance.id == object.instance) {
-            let reason = format!("{}: no view has a viewpoint", object.family);
-            report.skipped.push(Skipped { file: args.source.clone(), reason });
-        }
-    }
+    let (set, report) = scan.views(split(args), &takes);
     Ok((Imported::Views(set), report))
 }
 

@@ -17,12 +17,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::{Camera, Pose, Seed, Split, View};
+use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Catalog;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::choice::open;
 use vantage_sim::render::{Renderer, Shot};
 use vantage_sim::rollout::{Rollout, roll_out};
-use vantage_sim::scene::{CheckedScene, RoomSpec};
+use vantage_sim::scene::RoomSpec;
 use vantage_sim::views::training_views;
 
 /// Longer side of the picture of the world and of each image of the camera, pixels.
@@ -45,7 +46,7 @@ const FROM_ABOVE_FOV: f64 = 0.3;
 /// their detections, and crops of ten instances, each column ordered by azimuth. With `--rerun` also the whole episode.
 pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let file: SceneFile = scene_file::read(&args.scene)?;
-    let scene = file.checked(&args.scene)?;
+    let scene = file.checked(&args.scene, &Progress::detect())?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.png", file.name)));
     if path.extension().is_none_or(|extension| extension != "png") || path.exists() && !path.is_file() {
         return Err(LookError::NoPicture { path }.into());
@@ -96,7 +97,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     writeln!(stdout, "{}", path.display())?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &args.rerun {
-        OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
+        let _folder = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
         crate::figure::recording::record(&file.name, &scene, &rollout, renderer.as_mut(), path)?;
         writeln!(stdout, "{}", path.display())?;
     }

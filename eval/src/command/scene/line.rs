@@ -3,57 +3,67 @@
 use super::record::Record;
 use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
+use crate::command::placed;
 use crate::pipeline::{
-    LoadedModel, Pipeline, SeedAnswers, SeedEpisode, StageError, chosen_model, episodes, estimates, model,
-    tables, test_views, unseen,
+    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, StageError, episodes, estimates,
+    methods, models, tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
-use crate::result::row_name::{semantic_row, taken_names};
+use crate::result::row_name::{kind_names, reserved_names};
 use crate::scene_file::SceneFile;
 use crate::score::entry::Entry;
 use crate::score::unseen::{Subject, Unseen};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
+use vantage_sim::world::check_room;
 
 /// Runs the line on a scene.
-pub fn line(scene: &Path, stages: &StageArgs) -> Result<Scored, BenchError> {
+pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer.into())?;
     let seeds = seeds(&pipeline.file, stages);
+    has_room(&pipeline, &seeds, scene)?;
     let entries = entries(&pipeline, stages, &seeds)?;
-    let chosen = chosen_model(&pipeline, stages.train, stages.model.as_deref())?;
     let mut record = Record::begin(&pipeline, &seeds, stages)?;
 
     let views = record.timed("test views", || test_views(&pipeline, &seeds))?;
-    let model = record.timed("model", || {
-        let model = model(&pipeline, chosen.as_deref())?;
-        views.iter().try_for_each(|views| model.check_set(&views.set))?;
-        Ok::<_, StageError>(model)
+    let models = record.timed("model", || {
+        let named: Vec<PathBuf> = stages.model.iter().cloned().collect();
+        let others: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+        let models = models(&pipeline, stages.train, &named, naming, &others)?;
+        let unseen = |model: &LoadedModel| views.iter().try_for_each(|views| model.check_set(&views.set));
+        models.iter().try_for_each(unseen)?;
+        Ok::<_, StageError>(models)
     })?;
-    let (episodes, answers) = drive(&pipeline, &seeds, &model, &mut record)?;
-    let viewing = model.model.viewing();
-    let unseen = record
-        .timed("unseen instances", || unseen(&pipeline, &views, Subject::Viewing(&*viewing), &model.hash))?;
-    let tables = tables(&pipeline, &seeds, &entries, &episodes, &answers, &unseen, &model)?;
+    let methods = methods(&pipeline.file.estimator.rows, &models);
+    let (episodes, answers) = drive(&pipeline, &seeds, &models, &methods, &mut record)?;
+    let unseen = record.timed("unseen instances", || {
+        let of_model = |model: &LoadedModel| {
+            unseen(&pipeline, &views, Subject::Viewing(model.viewing()), model.model.hash())
+        };
+        models.iter().map(of_model).collect::<Result<Vec<_>, _>>()
+    })?;
+    let tables = tables(&seeds, &methods, &entries, &episodes, &answers, &models, &unseen)?;
 
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, tables.tables),
         detections: tables.detections,
-        semantic_row: semantic_row(model.model.inner().manifest()),
-        manifest: record.finish(&pipeline, &model, &entries, &episodes, &views)?,
+        methods: methods.iter().map(Method::name).collect(),
+        manifest: record.finish(&pipeline, &models, &entries, &episodes, &views)?,
         episodes,
         answers,
         entries,
-        unseen,
+        unseen: models.into_iter().map(|model| model.name).zip(unseen).collect(),
     })
 }
 
-/// Episodes of objects that the model has not seen, and every estimator's answers; none where no robot drives.
+/// Episodes of objects that no model has seen, and every method's answers; none where no robot drives.
 fn drive(
     pipeline: &Pipeline,
     seeds: &[Seed],
-    model: &LoadedModel,
+    models: &[LoadedModel],
+    methods: &[Method<'_>],
     record: &mut Record,
 ) -> Result<(Vec<SeedEpisode>, Vec<SeedAnswers>), BenchError> {
     if !pipeline.drives() {
@@ -64,18 +74,35 @@ fn drive(
     let episodes = record.timed("episodes", || episodes(pipeline, seeds, Split::Test))?;
     let answers = record.timed("estimates", || {
         for episode in episodes.iter().filter_map(|(_, episode)| episode.as_ref().ok()) {
-            model.check_unseen(read_truth(&episode.folder)?.objects.iter().map(|object| object.instance))?;
+            let truth = read_truth(&episode.folder)?;
+            let instances = || truth.objects.iter().map(|object| object.instance);
+            models.iter().try_for_each(|model| model.check_unseen(instances()))?;
         }
-        estimates(pipeline, &episodes, model)
+        estimates(pipeline, &episodes, methods)
     })?;
     Ok((episodes, answers))
+}
+
+/// Refuses a scene whose objects find room under none of the seeds, before anything is rendered for it.
+fn has_room(pipeline: &Pipeline, seeds: &[Seed], scene: &Path) -> Result<(), BenchError> {
+    let mut refused = None;
+    for seed in seeds.iter().filter(|_| pipeline.drives()) {
+        match check_room(&pipeline.scene, Split::Test, *seed) {
+            Ok(()) => return Ok(()),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    refused.map_or(Ok(()), |error| Err(placed(error, scene)))
 }
 
 /// Trajectories of other estimators that are scored beside ours.
 fn entries(pipeline: &Pipeline, stages: &StageArgs, seeds: &[Seed]) -> Result<Vec<Entry>, BenchError> {
     match stages.trajectories.first() {
         Some(folder) if !pipeline.drives() => Err(Entry::undriven(folder).into()),
-        _ => Ok(Entry::open(&stages.trajectories, &taken_names(), seeds, &pipeline.progress)?),
+        _ => {
+            let taken: Vec<String> = reserved_names().into_iter().chain(kind_names()).collect();
+            Ok(Entry::open(&stages.trajectories, &taken, seeds, &pipeline.progress)?)
+        }
     }
 }
 
@@ -95,25 +122,22 @@ pub struct Scored {
     pub manifest: Manifest,
     /// The episodes by seed, or why there is none; empty where no robot drives.
     pub episodes: Vec<SeedEpisode>,
-    /// The estimators' answers by seed.
+    /// The methods' names, in the order of the answers.
+    pub methods: Vec<String>,
+    /// Their answers by seed.
     pub answers: Vec<SeedAnswers>,
     /// Estimators of others.
     pub entries: Vec<Entry>,
-    /// Scores on unseen instances, one a seed.
-    pub unseen: Vec<Unseen>,
+    /// Each model's name and its scores on unseen instances, one a seed.
+    pub unseen: Vec<(String, Vec<Unseen>)>,
     /// Detections of objects in all episodes.
     pub detections: usize,
-    /// Name of the semantic row.
-    pub semantic_row: &'static str,
 }
 
-impl Scored {
-    /// The model's likelihood against the azimuth's offset, mean over the seeds that have one; empty without any.
-    pub fn likelihood(&self) -> Vec<(f64, f64)> {
-        let curves: Vec<_> = self.unseen.iter().filter(|seed| !seed.likelihood.is_empty()).collect();
-        let Some(first) = curves.first() else { return Vec::new() };
-        let mean =
-            |i: usize| curves.iter().map(|seed| seed.likelihood[i].1).sum::<f64>() / curves.len() as f64;
-        first.likelihood.iter().enumerate().map(|(i, (offset, _))| (*offset, mean(i))).collect()
-    }
+/// A model's likelihood against the azimuth's offset, mean over the seeds that have one; empty without any.
+pub fn mean_likelihood(unseen: &[Unseen]) -> Vec<(f64, f64)> {
+    let curves: Vec<_> = unseen.iter().filter(|seed| !seed.likelihood.is_empty()).collect();
+    let Some(first) = curves.first() else { return Vec::new() };
+    let mean = |i: usize| curves.iter().map(|seed| seed.likelihood[i].1).sum::<f64>() / curves.len() as f64;
+    first.likelihood.iter().enumerate().map(|(i, (offset, _))| (*offset, mean(i))).collect()
 }

@@ -8,7 +8,7 @@ mod record;
 use super::cli::RunArgs;
 use super::exit::Exit;
 use crate::command::error::BenchError;
-use crate::pipeline::{Answer, PANICKED};
+use crate::pipeline::{Answer, Naming, PANICKED};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::grid::Style;
@@ -33,7 +33,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let scene = args.scene.clone().unwrap_or_default();
     let file: SceneFile = scene_file::read(&scene)?;
     ResultFolder::check(&out, &file.name, ResultKind::Scene)?;
-    let scored = line(&scene, &args.stages)?;
+    let scored = line(&scene, &args.stages, Naming::Folder)?;
     let viewpoints = viewpoints(&scored.unseen, Style::Markdown);
     let (name, progress) = (&scored.results.scene, Progress::detect());
     let folder = ResultFolder::open(&out, name, ResultKind::Scene, &progress)?;
@@ -90,7 +90,13 @@ fn print(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
     Ok(())
 }
 
-fn viewpoints(unseen: &[Unseen], style: Style) -> String {
-    let trials: Vec<ViewpointTrial> = unseen.iter().flat_map(|seed| seed.trials.iter().cloned()).collect();
-    viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style)
+/// The viewpoint errors by family, of each model; under its name where there are several.
+fn viewpoints(unseen: &[(String, Vec<Unseen>)], style: Style) -> String {
+    let models = unseen.len();
+    let of_model = |(name, unseen): &(String, Vec<Unseen>)| {
+        let trials: Vec<ViewpointTrial> = unseen.iter().flat_map(|on| on.trials.iter().cloned()).collect();
+        let table = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style);
+        if models > 1 { format!("{name}\n\n{table}") } else { table }
+    };
+    unseen.iter().map(of_model).collect::<Vec<_>>().join("\n")
 }

@@ -1,18 +1,18 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
-use super::line::Scored;
+use super::line::{Scored, mean_likelihood};
 use crate::command::error::BenchError;
 use crate::figure::contact_sheet::contact_sheet_png;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::trajectory::{TopView, trajectory_svg};
 use crate::result::folder::ResultFolder;
-use crate::result::row_name::{TRUTH, row_name};
+use crate::result::row_name::TRUTH;
 use crate::result::trajectory::Trajectory;
+use crate::scene_file::row::Row;
 use crate::score::pairs::Pairs;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Observations, Pose, Truth};
-use vantage_slam::Row;
 
 /// Crops of an object on the sheet.
 const COLUMNS: usize = 16;
@@ -24,10 +24,12 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
         let Ok(episode) = episode else { continue };
         let observations = read_observations(&episode.folder)?;
         let truth = read_truth(&episode.folder)?;
-        let mut rows: Vec<(&str, Vec<Pose>)> = answers
+        let mut rows: Vec<(&str, Vec<Pose>)> = scored
+            .methods
             .iter()
-            .filter(|answer| !answer.world_from_robot.is_empty())
-            .map(|answer| (row_name(answer.row, scored.semantic_row), answer.world_from_robot.clone()))
+            .zip(answers)
+            .filter(|(_, answer)| !answer.world_from_robot.is_empty())
+            .map(|(name, answer)| (name.as_str(), answer.world_from_robot.clone()))
             .collect();
         for entry in &scored.entries {
             rows.extend(
@@ -54,10 +56,11 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
             }
         }
     }
-    let curve = scored.likelihood();
-    if !curve.is_empty() {
+    let curves = scored.unseen.iter().map(|(model, unseen)| (model.as_str(), mean_likelihood(unseen)));
+    let curves: Vec<_> = curves.filter(|(_, curve)| !curve.is_empty()).collect();
+    if !curves.is_empty() {
         let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
-        let likelihood = likelihood_svg(title, &[(scored.semantic_row, curve)])?;
+        let likelihood = likelihood_svg(title, &curves)?;
         folder.write("likelihood.svg", likelihood.as_bytes())?;
     }
     Ok(())
@@ -73,7 +76,7 @@ fn top_view(title: &str, truth: &Truth, estimates: &[(&str, Vec<Pose>)]) -> Resu
         })
         .collect();
     // The control runs where the geometric estimate does.
-    let dashed = Row::Uninformative.name();
+    let dashed = &Row::Uninformative.to_string();
     Ok(trajectory_svg(&TopView {
         title,
         truth: &truth.world_from_robot,

@@ -33,7 +33,7 @@ impl Record {
     pub fn finish(
         self,
         pipeline: &Pipeline,
-        model: &LoadedModel,
+        models: &[LoadedModel],
         entries: &[Entry],
         episodes: &[SeedEpisode],
         views: &[ScoredViews],
@@ -41,10 +41,24 @@ impl Record {
         let made =
             episodes.iter().map(|(seed, made)| (*seed, made.as_ref().map_or("none", |made| &made.seal)));
         let looked = views.iter().filter(|_| episodes.is_empty()).map(|views| (views.seed, &*views.seal));
+        // One model needs no name.
+        let (single, several) = match models {
+            [single] => (Some(single), &[][..]),
+            several => (None, several),
+        };
+        let mut caveats = Vec::new();
+        for model in models {
+            let name = if single.is_some() { String::new() } else { format!(" {}", model.name) };
+            caveats.extend(caveat(pipeline, &model.model)?.map(|what| format!("The model{name} {what}.")));
+        }
         Ok(Manifest {
-            model_hash: Some(model.hash.clone()),
+            model_hash: single.map(|model| model.model.hash().to_owned()),
+            model_hashes: several
+                .iter()
+                .map(|model| (model.name.clone(), model.model.hash().to_owned()))
+                .collect(),
             trajectories: entries.iter().map(|entry| (entry.name.clone(), entry.hash.clone())).collect(),
-            caveat: caveat(pipeline, model.model.inner())?.map(|what| format!("The model {what}.")),
+            caveat: (!caveats.is_empty()).then(|| caveats.join(" ")),
             dataset_hash: Some(dataset_hash(made.chain(looked))),
             ..self.0
         })

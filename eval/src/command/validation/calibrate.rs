@@ -17,7 +17,7 @@ use crate::result::statistics::quantile;
 use nalgebra::Point3;
 use std::io::Write;
 use vantage_dataset::{Pose, se3};
-use vantage_slam::{Estimate, EstimatorSpec, Row, estimate};
+use vantage_slam::{Estimate, Estimator, Geometric, Semantic};
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 
@@ -39,16 +39,13 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     )?;
     writeln!(stdout, "size over box side: {:.3}\n", boxes.size_over_side)?;
 
-    let of = |row: Row, scale: f64| {
-        let spec = EstimatorSpec {
-            semantic_information_scale: scale,
-            covariances: true,
-            ..pipeline.file.estimator.clone()
-        };
-        estimated(&pipeline, &trials, |trial| estimate(&trial.observations, row, Some(&loaded.model), &spec))
+    let mut settings = pipeline.file.estimator.settings();
+    settings.solver.covariances = true;
+    let of = |estimator: &dyn Estimator| {
+        estimated(&pipeline, &trials, |trial| estimator.estimate(&trial.observations))
     };
     let errors = |answers: &[(Estimate, f64)]| answers.iter().map(|(_, error)| *error).collect::<Vec<_>>();
-    let geometric = of(Row::Geometric, 1.0)?;
+    let geometric = of(&Geometric::new(&settings))?;
     let reference = errors(&geometric);
     let line = |name: String, answers: &[(Estimate, f64)]| -> Vec<String> {
         let nees = format!("{:.2}", mean_nees(answers, &trials));
@@ -56,7 +53,8 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     };
     let mut rows = vec![line("geometric".to_owned(), &geometric)];
     for scale in SCALES {
-        rows.push(line(scale.to_string(), &of(Row::ViewpointDependent, scale)?));
+        settings.semantics.information_scale = scale;
+        rows.push(line(scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?));
     }
     print(stdout, &["Scale", "ATE [m]", "Difference [m]", "+- 95% [m]", "NEES / 6"], rows)?;
     Ok(Exit::Success)

@@ -14,10 +14,10 @@ use std::collections::HashMap;
 use std::io::Write;
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Seed, Viewpoint};
-use vantage_slam::{
-    EstimatorSpec, LatentGaussian, Linearization, MeasurementNoise, ModelError, ObservationModel, Row,
-    estimate,
+use vantage_model::{
+    AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
 };
+use vantage_slam::{Estimator, Geometric, Semantic, SemanticSettings, Settings};
 
 const DEGREES: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
@@ -26,22 +26,20 @@ pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, 
     let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
     let trials = trials(&pipeline, args)?;
     // Its noise is independent and known: every view counts, and counts in full.
-    let spec = EstimatorSpec {
-        semantic_information_scale: 1.0,
-        minimum_view_separation: 0.0,
-        ..pipeline.file.estimator.clone()
-    };
-    let errors = |row: Row, degrees: f64| -> Result<Vec<f64>, BenchError> {
-        let answers = estimated(&pipeline, &trials, |trial| {
-            let sensor = AzimuthSensor::new(trial, degrees.to_radians())?;
-            estimate(&trial.observations, row, Some(&sensor), &spec)
-        })?;
-        Ok(answers.into_iter().map(|(_, error)| error).collect())
-    };
-    let geometric = errors(Row::Geometric, 1.0)?;
+    let told = pipeline.file.estimator.settings();
+    let semantics =
+        SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..told.semantics };
+    let settings = Settings { semantics, ..told };
+    let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
+    let geometric = Geometric::new(&settings);
+    let geometric = errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&trial.observations))?);
     let mut rows = vec![("geometric".to_owned(), columns(&geometric, &geometric))];
     for degrees in DEGREES {
-        rows.push((degrees.to_string(), columns(&errors(Row::ViewpointDependent, degrees)?, &geometric)));
+        let answers = estimated(&pipeline, &trials, |trial| {
+            let sensor = AzimuthSensor::new(trial, degrees.to_radians());
+            Semantic::new(&settings, &sensor).estimate(&trial.observations)
+        })?;
+        rows.push((degrees.to_string(), columns(&errors(answers), &geometric)));
     }
     let rows = rows.into_iter().map(|(name, columns)| std::iter::once(name).chain(columns).collect());
     print(stdout, &["Sensor's noise [deg]", "ATE [m]", "Difference [m]", "+- 95% [m]"], rows.collect())?;
@@ -55,7 +53,7 @@ struct AzimuthSensor {
 }
 
 impl AzimuthSensor {
-    fn new(Trial { observations, truth }: &Trial, sigma: f64) -> Result<Self, ModelError> {
+    fn new(Trial { observations, truth }: &Trial, sigma: f64) -> Self {
         let world = truth.objects.first().map_or(0, |object| object.instance.0);
         let mut stream = Seed(world).stream("azimuth sensor", 0);
         let mut by_crop = HashMap::new();
@@ -71,7 +69,8 @@ impl AzimuthSensor {
             }
         }
         let information = DMatrix::identity(2, 2) / sigma;
-        Ok(Self { noise: MeasurementNoise::new(information, f64::INFINITY, 1.0)?, by_crop })
+        let noise = MeasurementNoise::new(information, f64::INFINITY).expect("sigma is positive");
+        Self { noise, by_crop }
     }
 }
 
@@ -80,27 +79,23 @@ impl ObservationModel for AzimuthSensor {
         1
     }
 
-    fn measurement_dim(&self) -> usize {
-        2
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, AnswerError> {
+        self.by_crop.get(&crop.0[..]).cloned().ok_or(AnswerError::NonFinite { what: "azimuth" })
     }
 
-    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
-        self.by_crop.get(&crop.0[..]).cloned().ok_or(ModelError::NonFinite { what: "azimuth" })
-    }
-
-    fn encode(&self, _: &Crop, _: &Viewpoint) -> Result<LatentGaussian, ModelError> {
+    fn encode(&self, _: &Crop, _: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
         Ok(LatentGaussian::prior(1))
     }
 
-    fn predict(&self, _: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<DVector<f64>, ModelError> {
-        Ok(DVector::from_column_slice(&x[..2]))
+    fn predict(&self, _: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+        Ok(DVector::from_column_slice(&viewpoint.conditioning()[..2]))
     }
 
-    fn linearize(&self, latent: &DVector<f64>, x: &[f64; CONDITIONING]) -> Result<Linearization, ModelError> {
+    fn linearize(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<Linearization, AnswerError> {
         Ok(Linearization {
-            mean: self.predict(latent, x)?,
+            mean: self.predict(latent, viewpoint)?,
             d_latent: DMatrix::zeros(2, 1),
-            d_conditioning: DMatrix::identity(2, CONDITIONING),
+            d_viewpoint: ViewpointDerivative::new(DMatrix::identity(2, CONDITIONING)),
         })
     }
 

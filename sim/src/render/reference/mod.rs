@@ -17,7 +17,6 @@ use super::{Frame, NO_OBJECT, RenderError, RenderScene, Renderer, RendererInfo, 
 use canvas::Canvas;
 use rayon::prelude::*;
 use shade::{Batch, Shader};
-use vantage_dataset::memory;
 use vantage_dataset::widest::widest;
 
 /// Rows of a frame that are shaded together.
@@ -31,10 +30,7 @@ pub struct ReferenceRenderer {
 
 impl ReferenceRenderer {
     /// A renderer; it needs nothing of the machine.
-    ///
-    /// The whole process keeps more of the memory that it frees, some tens of megabytes: see [`memory::keep_freed`].
     pub fn new() -> Self {
-        memory::keep_freed();
         Self { canvas: Canvas::default() }
     }
 }

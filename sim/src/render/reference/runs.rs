@@ -1,8 +1,10 @@
 //! Which pixels of a batch lie on one facet.
 
 use super::canvas::NO_FACET;
-use super::shade::BATCH;
 use std::ops::Range;
+
+/// Pixels of a row that are shaded together.
+pub(super) const BATCH: usize = 32;
 
 /// Consecutive pixels of a batch on one facet.
 pub(super) struct Run {

@@ -5,15 +5,12 @@
 use super::super::{Light, NO_OBJECT, RenderScene};
 use super::canvas::NO_FACET;
 use super::raster::Facet;
-use super::runs::{Run, Runs};
+use super::runs::{BATCH, Run, Runs};
 use super::tables::{TABLES, TOE, Tables, round_small};
 use crate::texture::first_texel;
 
 /// Steps of a texel.
 const STEPS: i32 = 256;
-
-/// Pixels of a row that are shaded together.
-pub(super) const BATCH: usize = 32;
 
 /// Pixels that a run's constants are stored for at once.
 const STRIDE: usize = 8;

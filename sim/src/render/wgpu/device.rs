@@ -4,7 +4,6 @@ use super::super::{RenderError, RendererInfo};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
-use vantage_dataset::memory;
 
 /// After this long a submission counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -29,9 +28,6 @@ impl Gpu {
             });
             let adapter = choose(&instance).await?;
             let info = adapter.get_info();
-            if info.device_type == wgpu::DeviceType::Cpu {
-                memory::keep_freed();
-            }
             let (device, queue) = adapter
                 .request_device(&wgpu::DeviceDescriptor {
                     memory_hints: wgpu::MemoryHints::MemoryUsage,

@@ -1,0 +1,31 @@
+//! What an observation model is, said once for those who train one and those who estimate by one.
+//!
+//! ```text
+//! p(m(z) | e, x_rel)  =  t_nu(m(z); h(e, x_rel), (W^T W)^-1)      Eq. 10, in the reduced measurement of IV-C
+//! P(e | z_1..z_n, x_1..x_n)  is proportional to  N(e; 0, I) prod_k q(e | z_k, x_k)                  Eq. 12
+//! ```
+//!
+//! | symbol | here |
+//! |---|---|
+//! | `z` | [`Crop`](vantage_dataset::Crop) |
+//! | `x_rel` | [`Viewpoint`](vantage_dataset::Viewpoint) |
+//! | `m(z)`, `h(e, x_rel)`, `q(e \| z, x_rel)` | [`ObservationModel`] |
+//! | `N(e; mean, variance)`, and products of them | [`LatentGaussian`], [`Information`] |
+//! | derivatives of `h` to `e` and to the camera's pose | [`Linearization`], [`ViewpointDerivative`] |
+//! | `W`, `nu` | [`MeasurementNoise`] |
+//! | `t_nu` | [`student_t`] |
+//!
+//! M numbers are measured, D are latent. Tangents are rotation first and perturb on the right: `T * Exp(xi)`.
+
+mod error;
+mod latent_gaussian;
+mod linearization;
+mod measurement_noise;
+mod observation_model;
+pub mod student_t;
+
+pub use error::AnswerError;
+pub use latent_gaussian::{Information, LatentGaussian};
+pub use linearization::{Linearization, ViewpointDerivative};
+pub use measurement_noise::MeasurementNoise;
+pub use observation_model::ObservationModel;

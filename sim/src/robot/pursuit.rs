@@ -1,0 +1,76 @@
+//! Pure pursuit: the robot steers towards a point ahead on its track.
+
+use super::Drive;
+use crate::error::{Progress, SimError, Stage};
+use crate::physics::{Body, Physics, RATE};
+use crate::plan::body;
+use crate::plan::track::Track;
+use crate::scene::RobotSpec;
+use nalgebra::{Translation3, Vector2, Vector3};
+use vantage_dataset::Pose;
+
+/// Distance along the path of the point it steers to, metres.
+const LOOKAHEAD: f64 = 0.25;
+/// A robot this far from where it should be has failed, metres.
+const TOLERANCE: f64 = 0.3;
+
+/// Drives along the track of an episode.
+pub(super) fn pursue(
+    physics: &mut Physics,
+    spec: &RobotSpec,
+    track: &Track,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Drive, SimError> {
+    let steps = spec.steps.unwrap_or(2);
+    let spacing = spec.laps * track.length() / f64::from(steps - 1);
+    let ticks = (spacing / spec.speed * f64::from(RATE)).round().max(1.0);
+    let speed = spacing * f64::from(RATE) / ticks;
+
+    let start = track.waypoint(0.0);
+    let heading = libm::atan2(start.tangent.y, start.tangent.x);
+    let mut pursuit = Pursuit { track, body: physics.add_robot(&start.position, heading), travelled: 0.0 };
+    let mut drive = Drive { timestamps: Vec::new(), world_from_robot: Vec::new() };
+    for step in 0..steps {
+        if step > 0 {
+            for _ in 0..ticks as u64 {
+                pursuit.steer(physics, speed);
+                physics.step()?;
+            }
+        }
+        let pose = pursuit.pose(physics);
+        let due = track.waypoint(f64::from(step) * spacing).position;
+        let distance = (pose.translation.vector.xy() - due).norm();
+        if distance > TOLERANCE {
+            return Err(SimError::LeftThePath { step: step as usize, distance });
+        }
+        drive.timestamps.push(f64::from(step) * ticks / f64::from(RATE));
+        drive.world_from_robot.push(pose);
+        progress(Progress { stage: Stage::Drive, done: u64::from(step) + 1, total: steps.into() });
+    }
+    Ok(drive)
+}
+
+struct Pursuit<'a> {
+    track: &'a Track,
+    body: Body,
+    /// Arc length of the path's point abeam, metres.
+    travelled: f64,
+}
+
+impl Pursuit<'_> {
+    fn pose(&self, physics: &Physics) -> Pose {
+        physics.pose(self.body) * Translation3::new(0.0, 0.0, -body::HEIGHT / 2.0)
+    }
+
+    fn steer(&mut self, physics: &mut Physics, speed: f64) {
+        let pose = self.pose(physics);
+        let position = pose.translation.vector.xy();
+        let abeam = self.track.waypoint(self.travelled);
+        self.travelled += (position - abeam.position).dot(&abeam.tangent);
+
+        let ahead = self.track.waypoint(self.travelled + LOOKAHEAD).position - position;
+        let forward: Vector2<f64> = (pose.rotation * Vector3::x()).xy();
+        let curvature = 2.0 * forward.perp(&ahead) / ahead.norm_squared();
+        physics.push(self.body, &(forward * speed), speed * curvature);
+    }
+}

@@ -1,0 +1,89 @@
+//! P(X, O | U, Z^g): odometry and bearings to object centres.
+
+use super::Estimator;
+use crate::estimate::{Dropped, Estimate, Unresolved, UnresolvedReason};
+use crate::graph::Graph;
+use crate::initial::start_poses;
+use crate::input::{EstimateError, check_observations, check_settings};
+use crate::mapping::place_objects;
+use crate::posterior::{Posterior, Seen};
+use crate::problem::{Problem, add_odometry};
+use crate::settings::{GeometrySettings, Settings, SolverSettings};
+use crate::sighting::sightings;
+use crate::solve::Outcome;
+use vantage_dataset::Observations;
+
+/// The motion model of Eq. 4 and the geometric measurements of Eq. 6.
+#[derive(Clone, Copy, Debug)]
+pub struct Geometric {
+    pub(super) solver: SolverSettings,
+    geometry: GeometrySettings,
+}
+
+impl Geometric {
+    /// An estimator with some settings.
+    pub fn new(settings: &Settings) -> Self {
+        Self { solver: settings.solver, geometry: settings.geometry }
+    }
+
+    /// The problem of an episode.
+    pub(super) fn problem<'a>(&'a self, observations: &'a Observations) -> Problem<'a> {
+        Problem { observations, settings: &self.geometry }
+    }
+
+    /// The posterior of an episode, with room for the factors of a model that lives for `'m`.
+    pub(super) fn posterior<'m>(&self, observations: &Observations) -> Result<Posterior<'m>, EstimateError> {
+        check_settings(&self.solver)?;
+        check_settings(&self.geometry)?;
+        check_observations(observations)?;
+        let problem = self.problem(observations);
+        let (mut whole, truncated) = sightings(observations);
+        let mut dropped = Dropped { truncated: truncated.values().sum(), ..Dropped::default() };
+        let mut start = start_poses(observations);
+        let mut unresolved = place_objects(&problem, &mut start, &whole);
+        for lost in &unresolved {
+            dropped.unresolved += whole.remove(&lost.track).map_or(0, |of_track| of_track.len());
+        }
+        for &track in truncated.keys() {
+            if !whole.contains_key(&track) && !unresolved.iter().any(|lost| lost.track == track) {
+                unresolved.push(Unresolved { track, reason: UnresolvedReason::Truncated });
+            }
+        }
+        unresolved.sort_by_key(|lost| lost.track);
+
+        let mut graph = Graph::default();
+        add_odometry(&mut graph, observations);
+        for (&track, of_track) in &whole {
+            problem.add_bearings(&mut graph, track, of_track);
+        }
+        let posterior = Posterior::maximum(graph, start, whole, &self.solver);
+        Ok(Posterior { unresolved, dropped, ..posterior })
+    }
+
+    /// The estimate of a posterior; `semantic` tells of the objects with orientation and latent.
+    pub(super) fn estimate_of(
+        &self,
+        posterior: Posterior<'_>,
+        observations: &Observations,
+        semantic: impl Fn(usize) -> Option<Seen>,
+    ) -> Estimate {
+        let (problem, nothing_seen) = (self.problem(observations), posterior.sightings.is_empty());
+        let mut estimate = posterior.estimate(observations, &self.solver, |values, track, of_track| {
+            semantic(track).unwrap_or_else(|| Seen {
+                size: problem.object_size(values, track, of_track),
+                margin: None,
+                semantic_views: 0,
+            })
+        });
+        if nothing_seen && estimate.outcome == Outcome::Converged {
+            estimate.outcome = Outcome::NothingObserved;
+        }
+        estimate
+    }
+}
+
+impl Estimator for Geometric {
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        Ok(self.estimate_of(self.posterior(observations)?, observations, |_| None))
+    }
+}

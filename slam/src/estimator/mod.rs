@@ -1,0 +1,26 @@
+//! The estimators: what each makes of an episode, composed of the same problems, factors and solver.
+//!
+//! A new one is a file here.
+
+mod geometric;
+mod odometry;
+mod semantic;
+mod uninformative;
+
+pub use geometric::Geometric;
+pub use odometry::OdometryOnly;
+pub use semantic::Semantic;
+pub use uninformative::Uninformative;
+
+use crate::estimate::Estimate;
+use crate::input::EstimateError;
+use vantage_dataset::Observations;
+
+/// P(X, O, E | H) of an episode, by some of its factors.
+pub trait Estimator: Sync {
+    /// The posterior's maximum and its marginals.
+    ///
+    /// Bad input and a model that does not fit are errors; a problem that has no good answer (nothing observed,
+    /// under-constrained, diverged) is an [`Outcome`](crate::Outcome) with the best values there are.
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError>;
+}

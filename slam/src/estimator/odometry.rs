@@ -1,0 +1,37 @@
+//! P(X | U): dead reckoning.
+
+use super::Estimator;
+use crate::estimate::Estimate;
+use crate::graph::Graph;
+use crate::initial::start_poses;
+use crate::input::{EstimateError, check_observations, check_settings};
+use crate::posterior::{Posterior, Seen};
+use crate::problem::add_odometry;
+use crate::settings::{Settings, SolverSettings};
+use std::collections::BTreeMap;
+use vantage_dataset::Observations;
+
+/// The motion model of Eq. 4 alone.
+#[derive(Clone, Copy, Debug)]
+pub struct OdometryOnly {
+    solver: SolverSettings,
+}
+
+impl OdometryOnly {
+    /// An estimator with some settings.
+    pub fn new(settings: &Settings) -> Self {
+        Self { solver: settings.solver }
+    }
+}
+
+impl Estimator for OdometryOnly {
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        check_settings(&self.solver)?;
+        check_observations(observations)?;
+        let mut graph = Graph::default();
+        add_odometry(&mut graph, observations);
+        let posterior = Posterior::maximum(graph, start_poses(observations), BTreeMap::new(), &self.solver);
+        let nothing = Seen { size: None, margin: None, semantic_views: 0 };
+        Ok(posterior.estimate(observations, &self.solver, |_, _, _| nothing))
+    }
+}
