@@ -43,7 +43,7 @@ const STAGES: [(&str, &[&str]); 4] = [
             "eval/src/pipeline/unseen.rs",
             "eval/src/result/distribution.rs",
             "eval/src/result/metric.rs",
-            "eval/src/result/row_name.rs",
+            "eval/src/scene_file/row_name.rs",
             "eval/src/result/statistics.rs",
             "eval/src/result/table.rs",
             "eval/src/score",

@@ -15,7 +15,7 @@ use crate::result::results_file::ResultsError;
 use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
-use vantage_dataset::store::StoreError;
+use vantage_dataset::store::{StoreError, StoreErrorKind};
 use vantage_sim::error::SimError;
 use vantage_slam::EstimateError;
 
@@ -127,17 +127,11 @@ fn of_save(error: &SaveError) -> Exit {
 }
 
 fn of_store(error: &StoreError) -> Exit {
-    match error {
-        StoreError::Foreign { .. } | StoreError::OtherKind { .. } | StoreError::Differs { .. } => {
-            Exit::BadInput
-        }
-        StoreError::Write { .. } => Exit::CannotWrite,
-        StoreError::Read { .. }
-        | StoreError::Unfinished { .. }
-        | StoreError::Newer { .. }
-        | StoreError::Damaged { .. }
-        | StoreError::Invalid { .. } => Exit::StoredDataInvalid,
-        StoreError::Unfit { .. } | StoreError::Key { .. } => Exit::Bug,
+    match error.kind() {
+        StoreErrorKind::Choice => Exit::BadInput,
+        StoreErrorKind::Stored => Exit::StoredDataInvalid,
+        StoreErrorKind::Unwritable => Exit::CannotWrite,
+        StoreErrorKind::Bug => Exit::Bug,
     }
 }
 

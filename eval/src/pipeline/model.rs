@@ -1,8 +1,8 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
 use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
-use crate::result::row_name::{folder_name, kind_name, reserved_names};
 use crate::scene_file;
+use crate::scene_file::row_name::{folder_name, kind_name, reserved_names};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};

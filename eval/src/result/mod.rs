@@ -11,7 +11,6 @@ pub mod metric;
 pub mod output_folder;
 pub mod report;
 pub mod results_file;
-pub mod row_name;
 pub mod statistics;
 pub mod table;
 pub mod table_text;

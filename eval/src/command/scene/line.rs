@@ -10,8 +10,8 @@ use crate::pipeline::{
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
-use crate::result::row_name::{kind_names, reserved_names};
 use crate::scene_file::SceneFile;
+use crate::scene_file::row_name::{kind_names, reserved_names};
 use crate::score::entry::Entry;
 use crate::score::unseen::{Subject, Unseen};
 use std::path::{Path, PathBuf};
