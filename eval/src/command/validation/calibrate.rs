@@ -8,11 +8,11 @@
 //! ATE, its paired difference to `geometric`, and the mean normalised estimation error squared of all poses (NEES over 6:
 //! 1 where consistent).
 
-use super::{Trial, columns, estimated, print, trials};
+use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::CalibrateArgs;
 use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::pipeline::{Pipeline, chosen_model, model};
+use crate::pipeline::{chosen_model, model};
 use crate::result::statistics::quantile;
 use nalgebra::Point3;
 use std::io::Write;
@@ -24,7 +24,7 @@ const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 /// Prints what boxes say, and the ATE by the scale of a crop's information.
 pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let CalibrateArgs { validation: args, model: named } = args;
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
+    let pipeline = open(args)?;
     let loaded = model(&pipeline, chosen_model(&pipeline, false, named.as_deref())?.as_deref())?;
     let trials = trials(&pipeline, args)?;
     let instances =

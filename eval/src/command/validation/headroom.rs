@@ -4,11 +4,10 @@
 //! the learned model. Where a sharp sensor gains nothing, a model has little to gain; it may gain more than a sensor as
 //! sharp, as crops also tell elevation, roll and distance.
 
-use super::{Trial, columns, estimated, print, trials};
+use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::ValidationArgs;
 use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::pipeline::Pipeline;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 use std::io::Write;
@@ -23,7 +22,7 @@ const DEGREES: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
 /// Prints the ATE by the sensor's noise, and its paired difference to `geometric`.
 pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
+    let pipeline = open(args)?;
     let trials = trials(&pipeline, args)?;
     // Its noise is independent and known: every view counts, and counts in full.
     let told = pipeline.file.estimator.settings();

@@ -30,11 +30,17 @@ struct Trial {
     truth: Truth,
 }
 
+/// Opens a scene whose robot drives.
+fn open(args: &ValidationArgs) -> Result<Pipeline, BenchError> {
+    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
+    match pipeline.drives() {
+        true => Ok(pipeline),
+        false => Err(ValidationError::Undriven { scene: args.scene.clone() }.into()),
+    }
+}
+
 /// Simulates the episodes, or takes them from the cache; a seed without a world is told of and left out.
 fn trials(pipeline: &Pipeline, args: &ValidationArgs) -> Result<Vec<Trial>, BenchError> {
-    if !pipeline.drives() {
-        return Err(ValidationError::Undriven { scene: args.scene.clone() }.into());
-    }
     let seeds: Vec<Seed> = (0..args.episodes).map(|i| Seed(FIRST_SEED + i)).collect();
     let mut trials = Vec::new();
     for (seed, episode) in episodes(pipeline, &seeds, Split::Validation)? {
