@@ -12,7 +12,7 @@ use vantage_eval::result::metric::Metric;
 use vantage_eval::result::paired::Paired;
 use vantage_eval::result::report::{TABLES as TABLES_FILE, markdown};
 use vantage_eval::result::results_file::{FILE_NAME, Results};
-use vantage_eval::result::row_name::is_learned;
+use vantage_eval::scene_file::row_name::is_learned;
 use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_eval::score::unseen_table::TABLES;

@@ -1,8 +1,8 @@
 //! `bench index RESULTS_DIR`: the index of a folder of results.
 
 use crate::command::cli::IndexArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::result::index::{index, scene_table};
 use crate::result::output_folder::OutputFolder;
 use std::io::Write;

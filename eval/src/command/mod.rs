@@ -3,6 +3,7 @@
 mod check;
 pub mod cli;
 mod dataset;
+pub mod error;
 pub mod exit;
 mod figures;
 pub mod help;
@@ -23,6 +24,7 @@ pub mod source;
 mod study;
 #[cfg(feature = "train")]
 mod train;
+mod validation;
 
 pub use check::check;
 pub use dataset::dataset;
@@ -38,9 +40,10 @@ pub use shell::{completions, man};
 pub use study::study;
 #[cfg(feature = "train")]
 pub use train::train;
+pub use validation::{calibrate, headroom};
 
-use crate::error::BenchError;
 use crate::scene_file::misfit;
+use error::BenchError;
 use std::path::Path;
 use vantage_sim::error::SimError;
 

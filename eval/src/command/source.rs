@@ -1,7 +1,7 @@
 //! The scene or the study that a command is given: a file, or the name of one that comes with the program.
 
 use super::cli::Cli;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::scene_file::FileKind;
 use crate::supplied;
 use clap::CommandFactory;

@@ -2,9 +2,9 @@
 
 use super::figures::latents;
 use crate::command::cli::StudyArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
 use crate::command::places::places;
-use crate::error::BenchError;
 use crate::pipeline::{Pipeline, VariantModels, finished_model, study_views, variant_models, variant_scores};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;

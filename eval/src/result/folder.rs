@@ -1,6 +1,6 @@
 //! The folder of one scene's or study's results: whose it is, and which of its files an earlier run left.
 
-use crate::error::BenchError;
+use super::error::SaveError;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
 use crate::result::manifest::{FILE_NAME, Manifest};
@@ -51,7 +51,7 @@ impl ResultFolder {
         name: &str,
         of: ResultKind,
         progress: &Progress,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, SaveError> {
         let folder = OutputFolder::probe(&of.place(out.path(), name))?;
         let lock = folder.lock(progress)?;
         let before = Before { of: Some(of), ..Before::read(folder.path()) };
@@ -72,13 +72,13 @@ impl ResultFolder {
     }
 
     /// Writes a trajectory as a TUM file.
-    pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), BenchError> {
+    pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), SaveError> {
         self.written.borrow_mut().insert(name.to_owned());
         Ok(self.folder.write_trajectory(name, trajectory)?)
     }
 
     /// Removes what is not of these results, and writes the manifest, which names all files.
-    pub fn finish(self, manifest: &Manifest) -> Result<(), BenchError> {
+    pub fn finish(self, manifest: &Manifest) -> Result<(), SaveError> {
         let written = self.written.into_inner();
         let stale = self.before.files.difference(&written);
         stale.for_each(|name| remove(self.folder.path(), name));
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use vantage_dataset::Seed;
 
-    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), BenchError> {
+    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), SaveError> {
         let folder = ResultFolder::open(out, "mine", of, &Progress::detect())?;
         files.iter().try_for_each(|name| folder.write(name, b"new"))?;
         folder.finish(&Manifest::new("abc", &[Seed(0)]))

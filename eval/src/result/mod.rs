@@ -1,6 +1,7 @@
 //! Results: numbers with their origin, and the files that hold them.
 
 pub mod distribution;
+pub mod error;
 pub mod folder;
 pub mod grid;
 pub mod index;
@@ -12,7 +13,6 @@ pub mod output_folder;
 pub mod paired;
 pub mod report;
 pub mod results_file;
-pub mod row_name;
 pub mod standing;
 pub mod statistics;
 pub mod summary_text;

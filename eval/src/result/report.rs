@@ -1,6 +1,6 @@
 //! The files of a finished run: results, tables, manifest.
 
-use crate::error::BenchError;
+use super::error::SaveError;
 use crate::result::folder::ResultFolder;
 use crate::result::grid::Style;
 use crate::result::manifest::Manifest;
@@ -19,7 +19,7 @@ pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) ->
 }
 
 /// Writes `results.json`, `tables.md` and, last, `manifest.json`.
-pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), BenchError> {
+pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), SaveError> {
     let text = markdown(results, manifest.model_hash.as_deref(), manifest.caveat.as_deref());
     folder.write(TABLES, text.as_bytes())?;
     folder.write(results_file::FILE_NAME, results.to_json()?.as_bytes())?;

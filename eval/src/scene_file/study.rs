@@ -1,7 +1,7 @@
 //! The study file: models that are trained on the views of one scene, each in its own way, and compared.
 
 use super::is_file_name;
-use crate::result::row_name::{MEAN_VIEW, PIXELS};
+use crate::scene_file::row_name::{MEAN_VIEW, PIXELS};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

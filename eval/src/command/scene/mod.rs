@@ -1,5 +1,6 @@
 //! `bench SCENE`: the whole line, from a scene file to tables and pictures.
 
+pub mod error;
 pub mod line;
 mod pictures;
 mod record;
@@ -7,7 +8,7 @@ mod said;
 
 use super::cli::{RunArgs, StageArgs};
 use super::exit::Exit;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::pipeline::{Answer, Naming, PANICKED, model_hash};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -18,6 +19,7 @@ use crate::result::standing::Standing;
 use crate::result::table::{Outcome, Run, Table};
 use crate::scene_file::{self, SceneFile};
 use crate::score::trajectory_scores::TRAJECTORIES;
+use error::RunError;
 use line::{Scored, line, seeds};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -67,16 +69,16 @@ fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
-        return if any { Ok(Exit::Success) } else { Err(BenchError::NothingSeen { scene }) };
+        return if any { Ok(Exit::Success) } else { Err(RunError::NothingSeen { scene }.into()) };
     }
     if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
-        return Err(BenchError::Panicked { scene });
+        return Err(RunError::Panicked { scene }.into());
     }
     if scored.answers.iter().all(|(_, rows)| rows.iter().all(|answer| answer.world_from_robot.is_empty())) {
-        return Err(BenchError::NothingAnswered { scene });
+        return Err(RunError::NothingAnswered { scene }.into());
     }
     if scored.detections == 0 {
-        return Err(BenchError::NothingSeen { scene });
+        return Err(RunError::NothingSeen { scene }.into());
     }
     let failed = of_trajectories(scored).find_map(|table| {
         let none = |method: &&String| table.runs_of(method).iter().all(|run| failure(run).is_some());
@@ -84,7 +86,7 @@ fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
         Some((method.clone(), table.runs_of(method).iter().find_map(failure)?.to_owned()))
     });
     match failed {
-        Some((method, reason)) => Err(BenchError::NothingOf { method, scene, reason }),
+        Some((method, reason)) => Err(RunError::NothingOf { method, scene, reason }.into()),
         None => Ok(Exit::Success),
     }
 }

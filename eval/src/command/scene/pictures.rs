@@ -1,7 +1,7 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
 use super::line::{Scored, mean_likelihood};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::gains::gains_svg;
 use crate::figure::likelihood::likelihood_svg;
@@ -9,10 +9,11 @@ use crate::figure::trajectory::{TopView, trajectory_svg};
 use crate::result::folder::ResultFolder;
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
-use crate::result::row_name::{TRUTH, is_learned};
 use crate::result::table::Table;
 use crate::result::trajectory::Trajectory;
 use crate::scene_file::row::Row;
+use crate::scene_file::row_name::TRUTH;
+use crate::scene_file::row_name::is_learned;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use std::collections::BTreeMap;

@@ -2,14 +2,14 @@
 
 use super::line::Scored;
 use crate::command::cli::{RunArgs, TablesChoice};
+use crate::command::error::BenchError;
 use crate::command::places::places;
-use crate::error::BenchError;
 use crate::result::grid::Style;
 use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
-use crate::result::row_name::is_learned;
 use crate::result::table::Table;
 use crate::result::{summary_text, table_text};
+use crate::scene_file::row_name::is_learned;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use crate::score::unseen_table::{OF_GROUNDING, OF_LATENTS};
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};

@@ -1,56 +1,63 @@
-//! The estimator's settings, fitted on episodes with *validation* objects and seeds that no table uses.
-//!
-//! `cargo run --release -p vantage-eval --example calibrate -- scenes/sparse_loop.yaml 30`
+//! `bench calibrate SCENE [N]`: the estimator's settings, fitted on validation objects.
 //!
 //! First what boxes say, over those that the border does not cut: for `estimator.bearing_noise`, the root mean square of
 //! the offset of the box centre from the object's centre, whole and in box sides; for `estimator.size_over_box_side`,
 //! the median of the object's size over the box side at the object's distance.
 //!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`: mean
-//! ATE, metres; its paired difference to `geometric` and half the 95% interval; and the mean normalised estimation
-//! error squared of all poses (NEES over 6: 1 where consistent).
+//! ATE, its paired difference to `geometric`, and the mean normalised estimation error squared of all poses (NEES over 6:
+//! 1 where consistent).
 
-mod support;
-
+use super::{Trial, columns, estimated, open, print, trials};
+use crate::command::cli::CalibrateArgs;
+use crate::command::error::BenchError;
+use crate::command::exit::Exit;
+use crate::pipeline::{chosen_model, model};
+use crate::result::statistics::quantile;
 use nalgebra::Point3;
-use std::error::Error;
-use support::{Episode, arguments, columns, scored, validation_episodes};
+use std::io::Write;
 use vantage_dataset::{Pose, se3};
-use vantage_eval::pipeline::model;
-use vantage_eval::result::statistics::quantile;
 use vantage_slam::{Estimate, Estimator, Geometric, Semantic};
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let (pipeline, count) = arguments()?;
-    let folder = pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
-    let loaded = model(&pipeline, folder.as_deref())?;
-    let episodes = validation_episodes(&pipeline, count)?;
+/// Prints what boxes say, and the ATE by the scale of a crop's information.
+pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let CalibrateArgs { validation: args, model: named } = args;
+    let pipeline = open(args)?;
+    let loaded = model(&pipeline, chosen_model(&pipeline, false, named.as_deref())?.as_deref())?;
+    let trials = trials(&pipeline, args)?;
+    let instances =
+        |trial: &Trial| trial.truth.objects.iter().map(|object| object.instance).collect::<Vec<_>>();
+    loaded.check_unseen(trials.iter().flat_map(instances))?;
 
-    let boxes = Boxes::of(&episodes);
-    println!("box centre off by {:.5} of the focal length, {:.4} box sides", boxes.offset, boxes.in_sides);
-    println!("size over box side: {:.3}", boxes.size_over_side);
+    let boxes = Boxes::of(&trials);
+    writeln!(
+        stdout,
+        "box centre off by {:.5} of the focal length, {:.4} box sides",
+        boxes.offset, boxes.in_sides
+    )?;
+    writeln!(stdout, "size over box side: {:.3}\n", boxes.size_over_side)?;
 
-    println!("scale        ATE  difference  half width   NEES");
     let mut settings = pipeline.file.estimator.settings();
     settings.solver.covariances = true;
-    let of =
-        |estimator: &dyn Estimator| scored(&episodes, |episode| estimator.estimate(&episode.observations));
+    let of = |estimator: &dyn Estimator| {
+        estimated(&pipeline, &trials, |trial| estimator.estimate(&trial.observations))
+    };
     let errors = |answers: &[(Estimate, f64)]| answers.iter().map(|(_, error)| *error).collect::<Vec<_>>();
     let geometric = of(&Geometric::new(&settings))?;
     let reference = errors(&geometric);
-    println!("    -   {}  {:5.2}", columns(&reference, &reference), mean_nees(&geometric, &episodes));
+    let line = |name: String, answers: &[(Estimate, f64)]| -> Vec<String> {
+        let nees = format!("{:.2}", mean_nees(answers, &trials));
+        std::iter::once(name).chain(columns(&errors(answers), &reference)).chain([nees]).collect()
+    };
+    let mut rows = vec![line("geometric".to_owned(), &geometric)];
     for scale in SCALES {
         settings.semantics.information_scale = scale;
-        let answers = of(&Semantic::new(&settings, loaded.viewing()))?;
-        println!(
-            "{scale:5}   {}  {:5.2}",
-            columns(&errors(&answers), &reference),
-            mean_nees(&answers, &episodes)
-        );
+        rows.push(line(scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?));
     }
-    Ok(())
+    print(stdout, &["Scale", "ATE [m]", "Difference [m]", "+- 95% [m]", "NEES / 6"], rows)?;
+    Ok(Exit::Success)
 }
 
 /// What boxes say of objects.
@@ -61,16 +68,16 @@ struct Boxes {
 }
 
 impl Boxes {
-    fn of(episodes: &[Episode]) -> Self {
+    fn of(trials: &[Trial]) -> Self {
         let (mut offsets, mut in_sides, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
-        for Episode { observations, truth } in episodes {
+        for Trial { observations, truth } in trials {
             let camera = &observations.camera;
             for detection in &observations.detections {
                 let seen = &detection.bounding_box;
                 if seen.is_truncated(camera) {
                     continue;
                 }
-                let object = &truth.objects[detection.track];
+                let Some(object) = truth.objects.get(detection.track) else { continue };
                 let world_from_camera =
                     truth.world_from_robot[detection.step] * observations.robot_from_camera;
                 let center =
@@ -94,10 +101,10 @@ impl Boxes {
 }
 
 /// NEES over 6 of all poses but the first, which is the world's frame; not a number where one has no covariance.
-fn mean_nees(answers: &[(Estimate, f64)], episodes: &[Episode]) -> f64 {
+fn mean_nees(answers: &[(Estimate, f64)], trials: &[Trial]) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
-    for ((answer, _), episode) in answers.iter().zip(episodes) {
-        let truth = &episode.truth.world_from_robot;
+    for ((answer, _), trial) in answers.iter().zip(trials) {
+        let truth = &trial.truth.world_from_robot;
         let Some(covariances) = &answer.pose_covariances else { return f64::NAN };
         for ((pose, covariance), true_pose) in
             answer.world_from_robot.iter().zip(covariances).zip(truth).skip(1)

@@ -1,13 +1,16 @@
 //! `bench look SCENE`: a scene at a glance.
 
+pub mod error;
+
 use super::placed;
 use crate::command::cli::LookArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::figure::scene_sheet::{BOX, BOX_OF_NOTHING, Panel, SceneSheet};
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};
+use error::LookError;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
 use std::io::Write;
@@ -46,12 +49,12 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let scene = file.checked(&args.scene, &Progress::detect())?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.png", file.name)));
     if path.extension().is_none_or(|extension| extension != "png") || path.exists() && !path.is_file() {
-        return Err(BenchError::NoPicture { path });
+        return Err(LookError::NoPicture { path }.into());
     }
     let out = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
     #[cfg(not(feature = "rerun"))]
     if args.rerun.is_some() {
-        return Err(BenchError::CannotRecord);
+        return Err(LookError::CannotRecord.into());
     }
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {

@@ -1,10 +1,13 @@
 //! `bench import LAYOUT DIR --out DIR`: real data in our own layout.
 
+pub mod error;
+
 use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
+use error::ImportRefusal;
 use std::io::Write;
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet};
@@ -23,7 +26,7 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     if args.layout == ImportLayout::Avd && !args.views {
         let given = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
         if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
-            return Err(BenchError::ForViewSets { option });
+            return Err(ImportRefusal::ForViewSets { option }.into());
         }
     }
     if args.out.is_file() {
@@ -76,7 +79,9 @@ fn bigbird(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     if folders.is_empty() {
         let folder = args.source.clone();
         let one = is_object(&folder);
-        return Err(if one { BenchError::OneObject { folder } } else { BenchError::NoObjects { folder } });
+        let refusal =
+            if one { ImportRefusal::OneObject { folder } } else { ImportRefusal::NoObjects { folder } };
+        return Err(refusal.into());
     }
     all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
     folders
@@ -110,7 +115,7 @@ fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), 
     match args.objects.iter().find(|name| !known(name)) {
         Some(name) => {
             let (name, folder) = (name.clone(), args.source.clone());
-            Err(BenchError::NoObject { name, folder })
+            Err(ImportRefusal::NoObject { name, folder }.into())
         }
         None => Ok(()),
     }

@@ -1,18 +1,16 @@
-//! What viewpoints are worth in a scene: ATE with an ideal sensor of the azimuth from which an object is seen, of known,
-//! independent Gaussian noise, in place of the learned model, on validation objects. Where a sharp sensor gains nothing, a
-//! model has little to gain; it may gain more than a sensor as sharp, as crops also tell elevation, roll and distance.
+//! `bench headroom SCENE [N]`: what viewpoints are worth in a scene.
 //!
-//! `cargo run --release -p vantage-eval --example headroom -- scenes/sparse_loop.yaml 30`
-//!
-//! Columns: the sensor's noise, degrees; mean ATE, metres; its paired difference to `geometric` and half the 95%
-//! interval.
+//! ATE with an ideal sensor of the azimuth from which an object is seen, of known, independent Gaussian noise, in place of
+//! the learned model. Where a sharp sensor gains nothing, a model has little to gain; it may gain more than a sensor as
+//! sharp, as crops also tell elevation, roll and distance.
 
-mod support;
-
+use super::{Trial, columns, estimated, open, print, trials};
+use crate::command::cli::ValidationArgs;
+use crate::command::error::BenchError;
+use crate::command::exit::Exit;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
-use std::error::Error;
-use support::{Episode, arguments, columns, scored, validation_episodes};
+use std::io::Write;
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Seed, Viewpoint};
 use vantage_model::{
@@ -22,6 +20,31 @@ use vantage_slam::{Estimator, Geometric, Semantic, SemanticSettings, Settings};
 
 const DEGREES: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
+/// Prints the ATE by the sensor's noise, and its paired difference to `geometric`.
+pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let pipeline = open(args)?;
+    let trials = trials(&pipeline, args)?;
+    // Its noise is independent and known: every view counts, and counts in full.
+    let told = pipeline.file.estimator.settings();
+    let semantics =
+        SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..told.semantics };
+    let settings = Settings { semantics, ..told };
+    let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
+    let geometric = Geometric::new(&settings);
+    let geometric = errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&trial.observations))?);
+    let mut rows = vec![("geometric".to_owned(), columns(&geometric, &geometric))];
+    for degrees in DEGREES {
+        let answers = estimated(&pipeline, &trials, |trial| {
+            let sensor = AzimuthSensor::new(trial, degrees.to_radians());
+            Semantic::new(&settings, &sensor).estimate(&trial.observations)
+        })?;
+        rows.push((degrees.to_string(), columns(&errors(answers), &geometric)));
+    }
+    let rows = rows.into_iter().map(|(name, columns)| std::iter::once(name).chain(columns).collect());
+    print(stdout, &["Sensor's noise [deg]", "ATE [m]", "Difference [m]", "+- 95% [m]"], rows.collect())?;
+    Ok(Exit::Success)
+}
+
 /// Cosine and sine of the azimuth, measured; a latent of one number that says nothing.
 struct AzimuthSensor {
     noise: MeasurementNoise,
@@ -29,17 +52,18 @@ struct AzimuthSensor {
 }
 
 impl AzimuthSensor {
-    fn new(Episode { observations, truth }: &Episode, sigma: f64) -> Self {
+    fn new(Trial { observations, truth }: &Trial, sigma: f64) -> Self {
         let world = truth.objects.first().map_or(0, |object| object.instance.0);
         let mut stream = Seed(world).stream("azimuth sensor", 0);
         let mut by_crop = HashMap::new();
         for detection in &observations.detections {
-            let object = &truth.objects[detection.track];
+            // What the detector sees where there is nothing has no azimuth.
+            let Some(object) = truth.objects.get(detection.track) else { continue };
             let world_from_camera = truth.world_from_robot[detection.step] * observations.robot_from_camera;
             let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
             if let Some(viewpoint) = Viewpoint::new(&object_from_camera, object.size) {
                 let azimuth = viewpoint.azimuth() + sigma * stream.normal();
-                let (sin, cos) = azimuth.sin_cos();
+                let (sin, cos) = libm::sincos(azimuth);
                 by_crop.insert(detection.masked_crop.0.to_vec(), DVector::from_vec(vec![cos, sin]));
             }
         }
@@ -77,27 +101,4 @@ impl ObservationModel for AzimuthSensor {
     fn noise(&self) -> &MeasurementNoise {
         &self.noise
     }
-}
-
-fn main() -> Result<(), Box<dyn Error>> {
-    let (pipeline, count) = arguments()?;
-    let episodes = validation_episodes(&pipeline, count)?;
-    // Its noise is independent and known: every view counts, and counts in full.
-    let told = pipeline.file.estimator.settings();
-    let semantics =
-        SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..told.semantics };
-    let settings = Settings { semantics, ..told };
-    let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
-    let geometric = Geometric::new(&settings);
-    let geometric = errors(scored(&episodes, |episode| geometric.estimate(&episode.observations))?);
-    println!("sigma     ATE  difference  half width");
-    println!("    -  {}", columns(&geometric, &geometric));
-    for degrees in DEGREES {
-        let answers = scored(&episodes, |episode| {
-            let sensor = AzimuthSensor::new(episode, degrees.to_radians());
-            Semantic::new(&settings, &sensor).estimate(&episode.observations)
-        })?;
-        println!("{degrees:5}  {}", columns(&errors(answers), &geometric));
-    }
-    Ok(())
 }

@@ -1,5 +1,9 @@
 //! The command line of `bench`.
 
+mod choice;
+
+pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice};
+
 use super::help::{EXAMPLES, EXIT_CODES};
 use super::shell::command_name;
 use super::source::unknown_word;
@@ -8,8 +12,6 @@ use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
-use vantage_dataset::Split;
-use vantage_sim::render::choice::RendererChoice as Renderers;
 
 /// Benchmark for SLAM with learned, viewpoint-dependent object semantics.
 #[derive(Clone, Debug, PartialEq, Parser)]
@@ -61,12 +63,16 @@ impl Cli {
 /// What `bench` does.
 #[derive(Clone, Debug, PartialEq, Subcommand)]
 pub enum Command {
+    /// Tries the estimator's settings on validation objects: box errors, and the worth of a crop.
+    Calibrate(CalibrateArgs),
     /// Compares fresh results with the committed ones.
     Check(CheckArgs),
     /// Writes crops, detections, odometry and truth as files.
     Dataset(DatasetArgs),
     /// Draws what a model makes of objects it has not seen: t-SNE of latents, predicted views, likely viewpoints.
     Figures(FiguresArgs),
+    /// Tells what viewpoints are worth in a scene: ATE with an ideal sensor of azimuths, on validation objects.
+    Headroom(ValidationArgs),
     /// Writes the index of a folder of results.
     Index(IndexArgs),
     /// Reads BigBIRD or Active Vision data into our own layout.
@@ -133,6 +139,34 @@ pub struct IndexArgs {
     /// The folder that holds `scenes` and `studies`.
     #[arg(value_name = "RESULTS_DIR")]
     pub results: PathBuf,
+}
+
+/// `bench calibrate SCENE [N]`: the estimator's settings on validation objects.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct CalibrateArgs {
+    /// On what.
+    #[command(flatten)]
+    pub validation: ValidationArgs,
+    /// Folder of a trained model, in place of the one that comes with the scene.
+    #[arg(long, value_name = "DIR")]
+    pub model: Option<PathBuf>,
+}
+
+/// Episodes with validation objects, under seeds that no table uses.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ValidationArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Number of episodes.
+    #[arg(value_name = "N", default_value_t = 30, allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
+    pub episodes: u64,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
 }
 
 /// `bench check SCENE`: fresh results against the committed ones.
@@ -220,16 +254,6 @@ pub struct ImportArgs {
     /// Of a view set: only these objects, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub objects: Vec<String>,
-}
-
-/// A layout of real data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ImportLayout {
-    /// BigBIRD: objects on a turntable.
-    Bigbird,
-    /// Active Vision: homes on a grid.
-    Avd,
 }
 
 /// `bench look SCENE`: the scene as one picture.
@@ -344,76 +368,6 @@ pub struct StageArgs {
     #[arg(long, value_name = "DIR")]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub trajectories: Vec<PathBuf>,
-}
-
-/// How a dataset is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DatasetFormat {
-    /// `<seed>/`: everything, in our own layout.
-    Vantage,
-    /// `tum/<seed>/`: the true trajectory and that of odometry alone, for evo.
-    Tum,
-    /// `g2o/<seed>.g2o`: odometry as a pose graph, for GTSAM and g2o.
-    G2o,
-    /// `webdataset/`: crops with poses and labels in tar shards.
-    Webdataset,
-    /// `parquet/`: the same as a Hugging Face image dataset.
-    Parquet,
-    /// `bop/`: images, depth, masks, poses and meshes in the layout of the BOP challenge.
-    Bop,
-    /// `bop-webdataset/`: the same in the tar shards that BOP defines.
-    BopWebdataset,
-    /// `bigbird/`: images of a turntable, in the layout of BigBIRD.
-    Bigbird,
-    /// `avd/`: images of a grid, in the layout of the Active Vision dataset.
-    Avd,
-}
-
-/// A set of instances; no two share one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SplitChoice {
-    /// To train on.
-    Train,
-    /// To tune on.
-    Validation,
-    /// That which is scored.
-    #[default]
-    Test,
-}
-
-impl From<SplitChoice> for Split {
-    fn from(choice: SplitChoice) -> Self {
-        match choice {
-            SplitChoice::Train => Split::Train,
-            SplitChoice::Validation => Split::Validation,
-            SplitChoice::Test => Split::Test,
-        }
-    }
-}
-
-/// What renders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RendererChoice {
-    /// wgpu where there is a Vulkan driver, the reference renderer otherwise.
-    #[default]
-    Auto,
-    /// wgpu; an error where there is no Vulkan driver.
-    Wgpu,
-    /// The plain-Rust renderer, the same bits on any processor.
-    Reference,
-}
-
-impl From<RendererChoice> for Renderers {
-    fn from(choice: RendererChoice) -> Self {
-        match choice {
-            RendererChoice::Auto => Renderers::Auto,
-            RendererChoice::Wgpu => Renderers::Wgpu,
-            RendererChoice::Reference => Renderers::Reference,
-        }
-    }
 }
 
 #[cfg(test)]
