@@ -2,9 +2,9 @@
 
 use crate::command::source::SourceError;
 use crate::gate::GateError;
-use crate::result::kind::ResultKind;
 use crate::result::output_folder::OutputError;
 use crate::result::results_file::ResultsError;
+use crate::result::standing::FullerResult;
 use crate::result::table::TableError;
 use crate::result::trajectory::TrajectoryError;
 use crate::scene_file::SceneFileError;
@@ -97,6 +97,17 @@ pub enum BenchError {
     /// See [`vantage_learn::ModelError`].
     #[error(transparent)]
     Model(#[from] vantage_learn::ModelError),
+    /// Model folders that are refused, of those to be told of.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Refused(Vec<vantage_learn::ModelError>),
+    /// Scores that are no numbers, which are not cached.
+    #[error(
+        "the model's scores on unseen instances of seed {seed} are not all finite numbers: check its outputs and its residual"
+    )]
+    NotFinite {
+        /// The seed of the instances.
+        seed: u64,
+    },
     /// See [`AnswerError`].
     #[error("observation model: {0}")]
     Answer(#[from] AnswerError),
@@ -250,16 +261,18 @@ pub enum BenchError {
         /// The folder.
         folder: PathBuf,
     },
-    /// Results would be written over those of something else that has the same name.
-    #[error(
-        "{} holds the results of a {of} of the same name: nothing was changed; name this one otherwise, or choose another folder with --out",
-        folder.display()
-    )]
-    OtherResults {
-        /// The folder.
-        folder: PathBuf,
-        /// What they are of.
-        of: ResultKind,
+    /// See [`FullerResult`].
+    #[error(transparent)]
+    FullerResult(#[from] FullerResult),
+    /// A row of which no run succeeded.
+    #[error("no run of {method} succeeded on {}: {reason}; all else was written", scene.display())]
+    NothingOf {
+        /// The row.
+        method: String,
+        /// The scene.
+        scene: PathBuf,
+        /// Why the first failed.
+        reason: String,
     },
     /// No object was detected in any episode.
     #[error(

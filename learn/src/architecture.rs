@@ -2,7 +2,7 @@
 
 use crate::latent::LatentLayout;
 use crate::role::{Convention, Kind};
-use crate::spec::{Objective, TrainingSpec};
+use crate::spec::{Loss, TrainingSpec, Traits};
 use serde::{Deserialize, Serialize};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 
@@ -56,7 +56,7 @@ pub struct Architecture {
 impl Architecture {
     /// The networks that a training asks for; `None` where its latent is too small.
     pub fn new(spec: &TrainingSpec) -> Option<Self> {
-        let convention = spec.convention();
+        let Traits { convention, loss, .. } = spec.traits();
         let turns = convention.is_some_and(Convention::turns);
         let latent = LatentLayout::new(spec.latent_dim, spec.turning_pairs())?;
         Some(Self {
@@ -66,12 +66,11 @@ impl Architecture {
             measurement: spec.measurement_dim,
             encoder: vec![256, 256],
             latent,
-            latent_is_class: spec.objective == Objective::DiscreteClass,
+            latent_is_class: loss == Loss::Class,
             decoder: vec![spec.decoder_width; 2],
             decoder_sees_azimuth: convention == Some(Convention::AzimuthHarmonics)
                 || (turns && latent.pairs() == 0),
-            decoder_sees_source: spec.objective == Objective::ViewpointPredictive
-                && spec.predictive.source > 0.0,
+            decoder_sees_source: spec.reads_odometry() && spec.predictive.source > 0.0,
             components: 96,
         })
     }

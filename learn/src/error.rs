@@ -1,6 +1,6 @@
 //! Why a model folder is refused.
 
-pub use crate::onnx::error::GraphError;
+pub use crate::onnx::error::{GraphError, NodeFault};
 use crate::role::{Kind, Role};
 use std::path::PathBuf;
 
@@ -19,12 +19,10 @@ pub enum ModelError {
         source: std::io::Error,
     },
     /// A file larger than any model of this kind.
-    #[error("{path:?} has {bytes} bytes, at most {limit} are read")]
+    #[error("{path:?} has more than the {limit} bytes that are read of a file")]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size.
-        bytes: u64,
         /// The limit.
         limit: u64,
     },

@@ -3,13 +3,13 @@
 use crate::canary::Canary;
 use crate::derivatives::check_derivatives;
 use crate::error::ModelError;
+use crate::file::read;
 use crate::manifest::{FileRecord, MANIFEST, Manifest, sha256};
 use crate::onnx::graph::Graph;
 use crate::residual::ResidualNoise;
 use crate::role::{Kind, Role};
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use vantage_dataset::InstanceId;
 use vantage_model::LatentGaussian;
@@ -33,13 +33,13 @@ impl ModelFolder {
     /// the canary must come out as it did where the model was made, and a Jacobian has to be one.
     pub(crate) fn load(folder: &Path) -> Result<Self, ModelError> {
         let path = folder.join(MANIFEST);
-        let bytes = read(&path)?;
+        let bytes = read(&path, LARGEST_FILE)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
         let manifest = Manifest::parse(&path, &bytes)?;
         let mut graphs = BTreeMap::new();
         for (&role, record) in &manifest.graphs {
             let path = folder.join(&record.file);
-            let bytes = read(&path)?;
+            let bytes = read(&path, LARGEST_FILE)?;
             let signature = manifest.kind.signature(role, manifest.sizes());
             let signature = signature.ok_or(ModelError::Absent { role })?;
             let graph = Graph::from_bytes(&bytes, &signature);
@@ -119,7 +119,12 @@ impl ModelFolder {
             });
         }
         for case in &self.canary.cases {
-            let graph = self.graphs.get(&case.role).ok_or(ModelError::Absent { role: case.role })?;
+            let graph = self.graphs.get(&case.role).ok_or_else(|| ModelError::Manifest {
+                path: folder.join(&self.manifest.canary.file),
+                field: "cases".into(),
+                got: format!("one of {}", case.role),
+                expected: format!("only of the graphs that {MANIFEST} lists"),
+            })?;
             let path = || folder.join(&self.manifest.graphs[&case.role].file);
             let failed = |source| ModelError::Graph { path: path(), source };
             if let Some((output, got)) = case.worst(graph).map_err(failed)? {
@@ -154,29 +159,9 @@ fn training_instances(folder: &Path, record: &FileRecord) -> Result<BTreeSet<Ins
 /// Bytes of a file whose hash is right.
 fn read_recorded(folder: &Path, record: &FileRecord) -> Result<Vec<u8>, ModelError> {
     let path = folder.join(&record.file);
-    let bytes = read(&path)?;
+    let bytes = read(&path, LARGEST_FILE)?;
     check_hash(&path, &bytes, &record.sha256)?;
     Ok(bytes)
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
-    let failed = |source| ModelError::Read { path: path.to_owned(), source };
-    let metadata = std::fs::metadata(path).map_err(failed)?;
-    if !metadata.is_file() {
-        return Err(ModelError::NotAFile { path: path.to_owned() });
-    }
-    if metadata.len() > LARGEST_FILE {
-        return Err(ModelError::TooLarge {
-            path: path.to_owned(),
-            bytes: metadata.len(),
-            limit: LARGEST_FILE,
-        });
-    }
-    let mut content = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(LARGEST_FILE).read_to_end(&mut content))
-        .map_err(failed)?;
-    Ok(content)
 }
 
 fn check_hash(path: &Path, bytes: &[u8], expected: &str) -> Result<(), ModelError> {

@@ -26,6 +26,7 @@ mod derivatives;
 mod difference;
 mod embedding_model;
 mod error;
+mod file;
 mod folder;
 mod latent;
 mod manifest;
@@ -45,7 +46,7 @@ pub use architecture::Architecture;
 pub use canary::{CANARY, Canary, CanaryCase};
 pub use change::{camera_motion, object_centred_change};
 pub use embedding_model::EmbeddingModel;
-pub use error::{GraphError, ModelError};
+pub use error::{GraphError, ModelError, NodeFault};
 pub use folder::LARGEST_FILE;
 pub use latent::{Latent, LatentLayout};
 pub use manifest::{

@@ -176,7 +176,8 @@ impl Manifest {
             if !sizes.into_iter().all(in_range) || layout.dimension() != self.latent.dimension {
                 let expected =
                     format!("invariant + 10 pairs_per_harmonic = {}, both at least 1", self.latent.dimension);
-                return fault("latent.steerable", format!("{sizes:?}"), &expected);
+                let got = format!("invariant {} and pairs_per_harmonic {}", sizes[0], sizes[1]);
+                return fault("latent.steerable", got, &expected);
             }
         }
         if self.kind == Kind::Embedding {
@@ -189,7 +190,8 @@ impl Manifest {
         } else {
             let size = self.measurement.filter(|&size| in_range(size));
             let Some(size) = size else {
-                return fault("measurement", format!("{:?}", self.measurement), "1 to 65536");
+                let got = self.measurement.map_or("missing".into(), |size| size.to_string());
+                return fault("measurement", got, "1 to 65536");
             };
             let Some(residual) = &self.residual else {
                 return fault("residual", "missing".to_owned(), "the noise of the measurement");

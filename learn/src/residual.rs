@@ -6,12 +6,15 @@
 use nalgebra::{Cholesky, DMatrix};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::FlowSeq;
+use std::cmp::Ordering;
 use vantage_model::MeasurementNoise;
 
 /// Least residuals for each dimension that a fit takes.
 pub const RESIDUALS_PER_DIMENSION: usize = 4;
 
 const DEGREES: (f64, f64) = (1.0, 200.0);
+/// Of the diagonal of `R`, so that whatever is computed of it, or of its logarithm, stays finite.
+const DIAGONAL: (f64, f64) = (1e-9, 1e9);
 const ROUNDS: usize = 200;
 const CONVERGED: f64 = 1e-9;
 /// Of the mean variance; keeps the scale matrix invertible where a number never varies.
@@ -88,15 +91,22 @@ impl ResidualNoise {
         if self.sqrt_information.len() != dimension
             || self.sqrt_information.iter().any(|row| row.len() != dimension)
         {
-            let rows = self.sqrt_information.iter().map(Vec::len);
-            let got = format!("{} rows of up to {} numbers", rows.len(), rows.max().unwrap_or(0));
+            let longest = self.sqrt_information.iter().map(Vec::len).max().unwrap_or(0);
+            let got = format!("{} rows of up to {longest} numbers", self.sqrt_information.len());
             return fault("sqrt_information", got, format!("{dimension} x {dimension}"));
         }
-        let finite = self.sqrt_information.iter().flatten().all(|r| r.is_finite());
-        let regular = (0..dimension).all(|i| self.sqrt_information[i][i] > 0.0);
-        if !finite || !regular {
-            let got = "not finite, or its diagonal not positive".to_owned();
-            return fault("sqrt_information", got, "finite with a positive diagonal".to_owned());
+        for (row, numbers) in self.sqrt_information.iter().enumerate() {
+            for (column, &number) in numbers.iter().enumerate() {
+                let expected = match row.cmp(&column) {
+                    Ordering::Greater if number == 0.0 => continue,
+                    Ordering::Equal if (DIAGONAL.0..=DIAGONAL.1).contains(&number) => continue,
+                    Ordering::Less if number.abs() <= DIAGONAL.1 => continue,
+                    Ordering::Greater => "0, below the diagonal of an upper triangular matrix".to_owned(),
+                    Ordering::Equal => format!("{:e} to {:e}, on the diagonal", DIAGONAL.0, DIAGONAL.1),
+                    Ordering::Less => format!("-{0:e} to {0:e}", DIAGONAL.1),
+                };
+                return fault(&format!("sqrt_information[{row}][{column}]"), format!("{number:e}"), expected);
+            }
         }
         if !(DEGREES.0..=DEGREES.1).contains(&self.degrees_of_freedom) {
             let expected = format!("{} to {}", DEGREES.0, DEGREES.1);
@@ -190,9 +200,25 @@ mod tests {
         let good = ResidualNoise::fit(&draws(40, 5, &DMatrix::identity(2, 2))).unwrap();
         assert_eq!(good.fault(2), None);
         assert_eq!(good.fault(3).unwrap(), ["sqrt_information", "2 rows of up to 2 numbers", "3 x 3"]);
-        let mut singular = good.clone();
-        singular.sqrt_information[1][1] = 0.0;
-        assert!(singular.fault(2).unwrap()[2].contains("diagonal"));
+        for (row, column, number, expected) in [
+            (1, 1, 0.0, "1e-9 to 1e9"),
+            (1, 1, -1.0, "1e-9 to 1e9"),
+            (0, 0, 1e308, "1e-9 to 1e9"),
+            (1, 1, 1e-320, "1e-9 to 1e9"),
+            (1, 1, f64::NAN, "1e-9 to 1e9"),
+            (0, 1, -1e308, "-1e9 to 1e9"),
+            (1, 0, 1e-3, "0, below the diagonal"),
+            (1, 0, f64::NAN, "0, below the diagonal"),
+        ] {
+            let mut bad = good.clone();
+            bad.sqrt_information[row][column] = number;
+            let [field, got, told] = bad.fault(2).unwrap();
+            assert_eq!((field, got), (format!("sqrt_information[{row}][{column}]"), format!("{number:e}")));
+            assert!(told.starts_with(expected), "{told}");
+        }
+        let mut ragged = good.clone();
+        ragged.sqrt_information[1].pop();
+        assert_eq!(ragged.fault(2).unwrap()[0], "sqrt_information");
         let loose = ResidualNoise { degrees_of_freedom: 0.0, ..good };
         assert_eq!(loose.fault(2).unwrap()[..2], ["degrees_of_freedom", "0"]);
     }

@@ -2,8 +2,9 @@
 
 use crate::estimate::UnresolvedReason;
 use crate::variable::{Key, Value, Values};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::collections::VecDeque;
+use vantage_dataset::ray::{Meeting, Ray};
 use vantage_dataset::{Observations, Odometry, Pose};
 
 /// The robot's poses by odometry alone, the first at the origin.
@@ -49,25 +50,6 @@ pub fn start_poses(observations: &Observations) -> Values {
     values
 }
 
-/// A ray in the world.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray {
-    /// Where it starts.
-    pub origin: Vector3<f64>,
-    /// Unit vector.
-    pub direction: Vector3<f64>,
-}
-
-impl Ray {
-    /// The ray of a camera along `ray_in_camera`.
-    pub fn new(world_from_camera: &Pose, ray_in_camera: &Vector3<f64>) -> Self {
-        Self {
-            origin: world_from_camera.translation.vector,
-            direction: (world_from_camera.rotation * ray_in_camera).normalize(),
-        }
-    }
-}
-
 /// The point nearest to all rays (least squares of the distances).
 pub fn triangulate(rays: &[Ray], minimum_parallax: f64) -> Result<Vector3<f64>, UnresolvedReason> {
     if rays.len() < 2 {
@@ -77,20 +59,14 @@ pub fn triangulate(rays: &[Ray], minimum_parallax: f64) -> Result<Vector3<f64>, 
     if parallax(rays) < minimum_parallax || baseline < 1e-6 {
         return Err(UnresolvedReason::NoParallax);
     }
-    let mut normal = Matrix3::zeros();
-    let mut right = Vector3::zeros();
-    for ray in rays {
-        let across = Matrix3::identity() - ray.direction * ray.direction.transpose();
-        normal += across;
-        right += across * ray.origin;
-    }
-    let point = normal.cholesky().ok_or(UnresolvedReason::NoParallax)?.solve(&right);
+    let point =
+        Meeting::of(rays.iter().map(|ray| (*ray, 1.0))).point().ok_or(UnresolvedReason::NoParallax)?.coords;
     if is_in_front(rays, &point) { Ok(point) } else { Err(UnresolvedReason::BehindCamera) }
 }
 
 /// Whether a point lies ahead on most of the rays.
 pub fn is_in_front(rays: &[Ray], point: &Vector3<f64>) -> bool {
-    2 * rays.iter().filter(|r| r.direction.dot(&(point - r.origin)) > 0.0).count() > rays.len()
+    2 * rays.iter().filter(|r| r.direction.dot(&(point - r.origin.coords)) > 0.0).count() > rays.len()
 }
 
 /// About the largest angle between two rays: that from the ray farthest from the first.
@@ -112,7 +88,7 @@ mod tests {
     use nalgebra::Matrix6;
 
     fn ray(origin: Vector3<f64>, through: Vector3<f64>) -> Ray {
-        Ray { origin, direction: (through - origin).normalize() }
+        Ray { origin: origin.into(), direction: (through - origin).normalize() }
     }
 
     #[test]

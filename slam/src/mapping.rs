@@ -2,13 +2,14 @@
 
 use crate::estimate::{Unresolved, UnresolvedReason};
 use crate::graph::Graph;
-use crate::initial::{Ray, is_in_front, triangulate};
+use crate::initial::{is_in_front, triangulate};
 use crate::problem::Problem;
 use crate::sighting::Sighting;
 use crate::solve::{Limits, Outcome, solve};
 use crate::variable::{Key, Value, Values};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
+use vantage_dataset::ray::Ray;
 
 /// A start value needs no more.
 const REFINEMENT: Limits = Limits { iterations: 20, tolerance: 1e-6 };

@@ -7,6 +7,7 @@ use crate::settings::GeometrySettings;
 use crate::sighting::Sighting;
 use crate::variable::{Key, Values};
 use nalgebra::Matrix6;
+use vantage_dataset::median::median;
 use vantage_dataset::{Observations, Pose};
 
 /// Information of the first pose's prior, which fixes the world frame: a millionth of a radian and metre.
@@ -61,21 +62,12 @@ impl Problem<'_> {
     /// diameter to side. `None` where it is behind all cameras.
     pub fn object_size(&self, values: &Values, track: usize, sightings: &[Sighting]) -> Option<f64> {
         let position = values.get(Key::Object(track))?.position()?;
-        let mut sizes: Vec<f64> = sightings
-            .iter()
-            .filter_map(|sighting| {
-                let world_from_camera = self.world_from_camera(values, sighting.step)?;
-                let depth = world_from_camera.inverse_transform_point(&position.into()).z;
-                (depth > 0.0).then_some(sighting.angular_size * depth)
-            })
-            .collect();
-        sizes.sort_by(f64::total_cmp);
-        let middle = sizes.len() / 2;
-        let side = if sizes.len() % 2 == 1 {
-            *sizes.get(middle)?
-        } else {
-            (sizes.get(middle)? + sizes[middle - 1]) / 2.0
+        let side = |sighting: &Sighting| {
+            let world_from_camera = self.world_from_camera(values, sighting.step)?;
+            let depth = world_from_camera.inverse_transform_point(&position.into()).z;
+            (depth > 0.0).then_some(sighting.angular_size * depth)
         };
+        let side = median(sightings.iter().filter_map(side).collect())?;
         Some(side * self.settings.size_over_box_side).filter(|size| size.is_finite() && *size > 0.0)
     }
 }

@@ -3,6 +3,7 @@
 use super::help::{EXAMPLES, EXIT_CODES};
 use super::shell::command_name;
 use super::source::unknown_word;
+use crate::progress::Loudness;
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
@@ -21,6 +22,30 @@ pub struct Cli {
     /// The scene to run, and how.
     #[command(flatten)]
     pub run: RunArgs,
+    /// How much is said.
+    #[command(flatten)]
+    pub loudness: LoudnessArgs,
+}
+
+/// How much is said on standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
+pub struct LoudnessArgs {
+    /// Says nothing of progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Says all there is: why each run failed, how long each stage took.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+impl From<LoudnessArgs> for Loudness {
+    fn from(args: LoudnessArgs) -> Self {
+        match (args.quiet, args.verbose) {
+            (true, _) => Self::Quiet,
+            (_, true) => Self::Verbose,
+            _ => Self::Usual,
+        }
+    }
 }
 
 impl Cli {
@@ -42,6 +67,8 @@ pub enum Command {
     Dataset(DatasetArgs),
     /// Draws what a model makes of objects it has not seen: t-SNE of latents, predicted views, likely viewpoints.
     Figures(FiguresArgs),
+    /// Writes the index of a folder of results.
+    Index(IndexArgs),
     /// Reads BigBIRD or Active Vision data into our own layout.
     Import(ImportArgs),
     /// Lists scenes, models and studies that come with the program.
@@ -70,12 +97,42 @@ pub struct RunArgs {
     /// The scene to run: a file, or the name of one that comes with the program (`bench list`).
     #[arg(value_name = "SCENE", required = true)]
     pub scene: Option<PathBuf>,
-    /// Folder that gets a folder of results by the scene's name: `results` for those that are committed.
+    /// Folder that gets `scenes/NAME`, the results of the scene of that name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Gives up a result of more seeds or of another model that lies in the folder.
+    #[arg(long)]
+    #[serde(skip)]
+    pub replace: bool,
+    /// Which tables are printed.
+    #[arg(long, value_enum, default_value_t)]
+    #[serde(skip)]
+    pub tables: TablesChoice,
+    /// Prints the results as JSON, and nothing else.
+    #[arg(long, conflicts_with = "tables")]
+    #[serde(skip)]
+    pub json: bool,
     /// How it is made.
     #[command(flatten)]
     pub stages: StageArgs,
+}
+
+/// Which tables are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TablesChoice {
+    /// One of trajectories and one of latents.
+    #[default]
+    Short,
+    /// All that are written, and azimuths by family.
+    All,
+}
+
+/// `bench index RESULTS_DIR`: the index of a folder of results.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct IndexArgs {
+    /// The folder that holds `scenes` and `studies`.
+    #[arg(value_name = "RESULTS_DIR")]
+    pub results: PathBuf,
 }
 
 /// `bench check SCENE`: fresh results against the committed ones.
@@ -202,7 +259,7 @@ pub struct StudyArgs {
     /// The study: a file, or the name of one that comes with the program.
     #[arg(value_name = "STUDY")]
     pub study: PathBuf,
-    /// Folder that gets a folder of results by the study's name: `results` for those that are committed.
+    /// Folder that gets `studies/NAME`, the results of the study of that name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Folder of intermediate results, which a second run takes up.
@@ -276,9 +333,10 @@ pub struct StageArgs {
     /// Trains the model from scratch instead of taking the one that comes with the scene.
     #[arg(long, conflicts_with = "model")]
     pub train: bool,
-    /// Folder of a trained model.
+    /// Folder of a trained model; its row has the folder's name. May be given more than once.
     #[arg(long, value_name = "DIR")]
-    pub model: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub model: Vec<PathBuf>,
     /// Seeds 0 to N - 1 instead of those of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub seeds: Option<u64>,
@@ -387,8 +445,8 @@ mod tests {
     #[test]
     fn all_options_are_read_and_wrong_ones_refused() {
         let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
-        assert_eq!((run.stages.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
-        assert_eq!(run.stages.model, Some("m".into()));
+        assert_eq!(run.stages.model, [PathBuf::from("m")]);
+        assert_eq!(run.stages.model, [PathBuf::from("m")]);
         for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
         {
             assert!(parse(wrong).is_err(), "{wrong}");

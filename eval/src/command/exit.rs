@@ -71,11 +71,13 @@ impl BenchError {
             | BenchError::NotViewing { .. }
             | BenchError::ObjectiveNotViewing { .. }
             | BenchError::NothingHeldOut { .. }
-            | BenchError::OtherResults { .. }
+            | BenchError::FullerResult(_)
             | BenchError::NotOurs { .. } => Exit::BadInput,
-            BenchError::Model(_) | BenchError::Answer(_) | BenchError::StoredAnswers { .. } => {
-                Exit::StoredDataInvalid
-            }
+            BenchError::Model(_)
+            | BenchError::Answer(_)
+            | BenchError::NotFinite { .. }
+            | BenchError::Refused(_)
+            | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
             #[cfg(feature = "train")]
             BenchError::Train(error) => training_exit(error),
             #[cfg(not(feature = "train"))]
@@ -87,7 +89,9 @@ impl BenchError {
             #[cfg(feature = "rerun")]
             BenchError::Recording { .. } => Exit::CannotWrite,
             BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
-            BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
+            BenchError::NothingSeen { .. }
+            | BenchError::NothingOf { .. }
+            | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
             BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
             BenchError::Results(_) => Exit::StoredDataInvalid,
             BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,

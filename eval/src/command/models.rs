@@ -12,19 +12,19 @@ use vantage_learn::{GraphRecord, Manifest, Model, Role};
 /// Runs of a graph that are timed, after as many that are not; the median is told.
 const TIMED: usize = 31;
 
-/// Loads each model with all checks, and prints what it is, or why it is refused; the first refusal is the error.
+/// Loads each model with all checks, and prints what it is; the error tells why those are refused that are.
 pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     if let Some(folder) = args.folders.iter().find(|folder| !folder.is_dir()) {
         return Err(BenchError::NoFolder { folder: folder.clone() });
     }
-    let mut refused = None;
+    let mut refusals = Vec::new();
     for folder in &args.folders {
         writeln!(stdout, "{}\n", folder.display())?;
         let model = match Model::load(folder) {
             Ok(model) => model,
             Err(error) => {
-                writeln!(stdout, "refused: {error}\n")?;
-                refused = refused.or(Some(error));
+                writeln!(stdout, "refused: see the error at the end\n")?;
+                refusals.push(error);
                 continue;
             }
         };
@@ -33,9 +33,9 @@ pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         let rows = graphs.iter().map(|(&role, record)| row(&model, folder, role, record));
         let rows = rows.collect::<Result<_, BenchError>>()?;
         let head = ["Graph", "File", "KiB", "Call [ms]", "Inputs", "Outputs"].map(String::from);
-        writeln!(stdout, "\n{}\n", draw(Style::Terminal, &head, rows))?;
+        writeln!(stdout, "\n{}\n", draw(Style::terminal(), &head, rows))?;
     }
-    refused.map_or(Ok(Exit::Success), |error| Err(error.into()))
+    if refusals.is_empty() { Ok(Exit::Success) } else { Err(BenchError::Refused(refusals)) }
 }
 
 fn described(model: &Model) -> String {

@@ -4,6 +4,10 @@
 use crate::result::manifest::{FILE_NAME, Host, Manifest, Renderer};
 use serde::Deserialize;
 use std::path::Path;
+use vantage_dataset::store::read_regular;
+
+/// Largest manifest, bytes.
+const LARGEST_FILE: u64 = 16 << 20;
 
 /// The part of a manifest that tells what computed and rendered, and which model was asked.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
@@ -16,7 +20,7 @@ pub struct Machine {
 impl Machine {
     /// That of the manifest in `folder`; `None` where there is none that can be read.
     pub fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_str(&std::fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
+        serde_json::from_slice(&read_regular(&folder.join(FILE_NAME), LARGEST_FILE).ok()?).ok()
     }
 
     /// That of a manifest.

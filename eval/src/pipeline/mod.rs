@@ -18,7 +18,9 @@ mod views;
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
-pub use model::{LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, model, models};
+pub use model::{
+    LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, model, model_hash, models,
+};
 #[cfg(feature = "train")]
 pub use study::{
     StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,

@@ -7,7 +7,7 @@ use crate::scene_file;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};
-use vantage_learn::{Kind, Model, Role, Viewing};
+use vantage_learn::{Kind, MANIFEST, Model, Role, Viewing};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -60,6 +60,11 @@ pub fn chosen_model(
         Some(folder) if !folder.is_dir() => Err(BenchError::NoModel { folder }),
         chosen => Ok(chosen),
     }
+}
+
+/// What identifies the model in a folder, without loading it; `None` where there is none.
+pub fn model_hash(folder: &Path) -> Option<String> {
+    Some(blake3::hash(&std::fs::read(folder.join(MANIFEST)).ok()?).to_hex().to_string())
 }
 
 /// What the rows of models that the user names are called.

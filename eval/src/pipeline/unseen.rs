@@ -54,6 +54,10 @@ pub fn unseen(
             let key = Key::new("unseen", &(code::ANSWERED, seal, hash))?;
             let entry = super::stored(cache, note, &key, |work| {
                 let json = serde_json::to_vec(&score(*seed, set, subject)?)?;
+                // What is no number is written as null, and could not be read again.
+                if serde_json::from_slice::<Unseen>(&json).is_err() {
+                    return Err(BenchError::NotFinite { seed: seed.0 });
+                }
                 let path = work.join(FILE);
                 std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
                 Ok(())

@@ -7,11 +7,14 @@ use crate::result::table::Table;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::store::read_regular;
 
 /// Version of the file's format.
 pub const FORMAT: u32 = 1;
 /// Name of the file.
 pub const FILE_NAME: &str = "results.json";
+/// Largest file, bytes.
+const LARGEST_FILE: u64 = 256 << 20;
 
 /// The tables of one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,7 +87,7 @@ impl Results {
     /// Reads the results file in `folder`.
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let path = folder.join(FILE_NAME);
-        let text = match std::fs::read_to_string(&path) {
+        let text = match read_regular(&path, LARGEST_FILE) {
             Ok(text) => text,
             Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
                 return Err(ResultsError::Missing { path });
@@ -92,11 +95,11 @@ impl Results {
             Err(source) => return Err(ResultsError::Unreadable { path, source }),
         };
         let invalid = |source| ResultsError::Invalid { path: path.clone(), source };
-        let found = serde_json::from_str::<Version>(&text).map_err(invalid)?.format;
+        let found = serde_json::from_slice::<Version>(&text).map_err(invalid)?.format;
         if found != FORMAT {
             return Err(ResultsError::Format { path, found });
         }
-        serde_json::from_str(&text).map_err(invalid)
+        serde_json::from_slice(&text).map_err(invalid)
     }
 }
 

@@ -39,3 +39,8 @@ pub fn reserved_names() -> Vec<String> {
 pub fn kind_names() -> [String; 3] {
     [Kind::ViewpointDependent.to_string(), Kind::ViewpointPredictive.to_string(), DISCRETE_CLASS.to_owned()]
 }
+
+/// Whether a row of trajectories is of neither odometry nor geometry nor the control: of a model, or of somebody else's estimator.
+pub fn is_learned(name: &str) -> bool {
+    !Row::ALL.iter().any(|row| !row.is_of_model() && row.to_string() == name)
+}

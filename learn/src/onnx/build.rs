@@ -50,8 +50,14 @@ impl GraphBuilder {
 
     /// A vector of sizes, as `Split` and `Reshape` take them.
     pub(crate) fn sizes(&mut self, name: &str, sizes: &[usize]) -> String {
-        let raw = sizes.iter().flat_map(|&size| (size as i64).to_le_bytes()).collect();
-        self.initializer(name, &[sizes.len()], DataType::Int64, raw)
+        let sizes: Vec<i64> = sizes.iter().map(|&size| size as i64).collect();
+        self.integers(name, &sizes)
+    }
+
+    /// A list of integers.
+    pub(crate) fn integers(&mut self, name: &str, integers: &[i64]) -> String {
+        let raw = integers.iter().flat_map(|integer| integer.to_le_bytes()).collect();
+        self.initializer(name, &[integers.len()], DataType::Int64, raw)
     }
 
     /// A node of one output, which it is named after.

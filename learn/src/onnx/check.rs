@@ -1,7 +1,7 @@
 //! Structural checks of an ONNX model, before any runtime sees it.
 
 use super::error::GraphError;
-use super::stored::check_stored;
+use super::infer::check_shapes;
 use super::{OPERATORS, OPSETS, Signature, TensorSpec};
 use half::f16;
 use prost::Message;
@@ -11,12 +11,21 @@ use tract_onnx::pb::tensor_shape_proto::dimension::Value as Dimension;
 use tract_onnx::pb::type_proto::Value;
 use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto};
 
+/// Most nodes and weights of a graph: several times those of large networks. The runtime's time grows with their square.
+const MOST_NODES: usize = 4096;
+/// Most axes of a weight.
+const MOST_AXES: usize = 8;
+
 /// Decodes a model and checks everything but what its numbers compute.
 pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<ModelProto, GraphError> {
     let malformed = |reason: String| GraphError::Malformed { bytes: bytes.len(), reason };
     let model = ModelProto::decode(bytes).map_err(|error| malformed(error.to_string()))?;
     let graph = model.graph.as_ref().ok_or_else(|| malformed("no graph in it".into()))?;
-    check_opset(&model)?;
+    let opset = check_opset(&model)?;
+    let nodes = graph.node.len().saturating_add(graph.initializer.len());
+    if nodes > MOST_NODES {
+        return Err(GraphError::Nodes { nodes, limit: MOST_NODES });
+    }
     check_features(&model, graph)?;
     for node in &graph.node {
         check_node(node)?;
@@ -27,15 +36,15 @@ pub(crate) fn checked_model(bytes: &[u8], signature: &Signature) -> Result<Model
     check_side("inputs", &graph.input, &signature.inputs)?;
     check_side("outputs", &graph.output, &signature.outputs)?;
     check_wiring(graph)?;
-    check_stored(graph)?;
+    check_shapes(graph, opset, signature)?;
     Ok(model)
 }
 
-fn check_opset(model: &ModelProto) -> Result<(), GraphError> {
+fn check_opset(model: &ModelProto) -> Result<i64, GraphError> {
     let domain = |name: &str| if name.is_empty() { "ai.onnx".to_owned() } else { name.to_owned() };
     let imports: Vec<_> = model.opset_import.iter().map(|o| (domain(&o.domain), o.version)).collect();
     match imports.as_slice() {
-        [(domain, version)] if domain == "ai.onnx" && OPSETS.contains(version) => Ok(()),
+        [(domain, version)] if domain == "ai.onnx" && OPSETS.contains(version) => Ok(*version),
         _ => {
             let got: Vec<_> = imports.iter().map(|(domain, version)| format!("{domain} {version}")).collect();
             Err(GraphError::Opset { got: format!("[{}]", got.join(", ")) })
@@ -137,6 +146,10 @@ fn check_weight(weight: &TensorProto, name: &str) -> Result<(), GraphError> {
         || weight.segment.is_some();
     if typed {
         return unsupported("typed or split data");
+    }
+    let list_of_none = weight.dims == [0] && weight.data_type == DataType::Int64 as i32;
+    if weight.dims.len() > MOST_AXES || (weight.dims.contains(&0) && !list_of_none) {
+        return unsupported(&format!("a shape with an empty side or more than {MOST_AXES} axes"));
     }
     let volume =
         weight.dims.iter().try_fold(1usize, |volume, &dim| volume.checked_mul(usize::try_from(dim).ok()?));

@@ -94,10 +94,23 @@ pub enum GraphError {
         /// The value.
         value: f32,
     },
-    /// A node whose operands are all weights: a convolution, pooling or padding, or one that takes or makes too many numbers.
+    /// More nodes and weights than any network of crops needs.
     #[error(
-        "node {node:?} ({operator}) depends on no input: expected no convolution, pooling or padding of weights, and at most {limit} \
-         numbers taken and made by all nodes of weights alone; compute it before the export"
+        "the graph has {nodes} nodes and weights, at most {limit} are expected; simplify it before the export"
+    )]
+    Nodes {
+        /// Nodes and weights.
+        nodes: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// A node whose operands or attributes do not fit its operator.
+    #[error("node {:?} ({}): {} is {}, expected {}", .0.node, .0.operator, .0.what, .0.got, .0.expected)]
+    Node(Box<NodeFault>),
+    /// Nodes whose operands are all weights, and that take and make too many numbers.
+    #[error(
+        "node {node:?} ({operator}) depends on no input, and up to it the nodes of weights alone take and make more than \
+         {limit} numbers; compute it before the export"
     )]
     Stored {
         /// Name of the node.
@@ -145,4 +158,19 @@ pub enum GraphError {
         /// Name of the output.
         output: String,
     },
+}
+
+/// What does not fit at a node.
+#[derive(Debug)]
+pub struct NodeFault {
+    /// Name of the node, or of its first result where it has none.
+    pub node: String,
+    /// Its operator.
+    pub operator: String,
+    /// The operand, attribute or number.
+    pub what: String,
+    /// What it is.
+    pub got: String,
+    /// What it should be.
+    pub expected: String,
 }

@@ -1,9 +1,9 @@
 //! A checked ONNX graph, ready to run on one input at a time.
 
-use super::Signature;
 use super::check::checked_model;
+use super::contained::{contained, contained_in_silence};
 use super::error::GraphError;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use super::{Signature, TensorSpec};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tract_onnx::prelude::*;
 use tract_onnx::tract_core::knobs;
@@ -13,9 +13,6 @@ use vantage_dataset::widest::widest;
 /// Largest magnitude of an input. Far beyond all that a model is trained on; where sums overflow, tract's ReLU
 /// turns NaN into 0, and a bad input would come out as a good output.
 const LARGEST_INPUT: f32 = 1e6;
-
-/// Numbers of the largest tensor within a graph: 64 MiB of `f32`.
-const LARGEST_TENSOR: usize = 16 << 20;
 
 /// Ways of computing that round otherwise, which the environment could ask tract for.
 const OTHER_WAYS: [&str; 5] = [
@@ -44,11 +41,23 @@ impl Graph {
         for way in OTHER_WAYS {
             knobs::set_str(way, "false");
         }
-        let typed = || tract_onnx::onnx().model_for_proto_model(&model)?.into_typed();
-        let typed = contained(typed).map_err(refused)?;
-        check_tensors(&typed)?;
-        let plan = contained(|| typed.into_optimized()?.into_runnable()).map_err(refused)?;
-        let graph = Self { plan, states: Mutex::default(), signature: signature.clone() };
+        let zeros = || {
+            let zeros = |spec: &TensorSpec| Ok(Tensor::zero::<f32>(&spec.shape)?.into_tvalue());
+            signature.inputs.iter().map(zeros).collect::<TractResult<TVec<_>>>()
+        };
+        let prepared = contained_in_silence(|| {
+            let plan = tract_onnx::onnx()
+                .with_ignore_value_info(true)
+                .model_for_proto_model(&model)?
+                .into_optimized()?
+                .into_runnable()?;
+            // What cannot run shows here, whatever the numbers that it makes of zeros.
+            let mut state = plan.spawn()?;
+            state.run(zeros()?)?;
+            Ok((plan, state))
+        });
+        let (plan, state) = prepared.map_err(refused)?;
+        let graph = Self { plan, states: Mutex::new(vec![state]), signature: signature.clone() };
         graph.check_shapes()?;
         Ok(graph)
     }
@@ -121,22 +130,6 @@ impl Graph {
     }
 }
 
-/// Before anything is allocated that a node's attributes ask for.
-fn check_tensors(model: &TypedModel) -> Result<(), GraphError> {
-    for node in model.nodes() {
-        for output in &node.outputs {
-            let shape = output.fact.shape.as_concrete();
-            let volume =
-                shape.and_then(|dims| dims.iter().try_fold(1usize, |all, &dim| all.checked_mul(dim)));
-            if volume.is_none_or(|volume| volume > LARGEST_TENSOR) {
-                let (node, shape) = (node.name.clone(), format!("{:?}", output.fact.shape));
-                return Err(GraphError::TensorSize { node, shape, limit: LARGEST_TENSOR });
-            }
-        }
-    }
-    Ok(())
-}
-
 /// Whether all magnitudes are at most `most`, and all are numbers.
 fn within(numbers: &[f32], most: f32) -> bool {
     widest(
@@ -149,12 +142,4 @@ fn within(numbers: &[f32], most: f32) -> bool {
             )
         },
     )
-}
-
-/// The last wall before a runtime that was written for models one trusts.
-fn contained<T>(work: impl FnOnce() -> TractResult<T>) -> Result<T, String> {
-    match catch_unwind(AssertUnwindSafe(work)) {
-        Ok(result) => result.map_err(|error| format!("{error:#}")),
-        Err(_) => Err("it panicked".into()),
-    }
 }

@@ -3,21 +3,22 @@
 #[cfg(feature = "train")]
 pub(crate) mod build;
 pub(crate) mod check;
+mod contained;
 pub(crate) mod error;
 pub(crate) mod graph;
+mod infer;
 #[cfg(target_arch = "x86_64")]
 mod kernels;
 #[cfg(target_arch = "x86_64")]
 mod routines;
-mod stored;
 
 use std::ops::RangeInclusive;
 
 /// Operator sets of the files read.
 pub const OPSETS: RangeInclusive<i64> = 13..=18;
 
-/// Operators a model may use: those of feed-forward networks. None repeats, loops, draws at random or makes more numbers
-/// than its inputs, weights and attributes say.
+/// Operators a model may use: those of feed-forward networks. None repeats, loops or draws at random, and of each the shape of what
+/// it makes is known before a run.
 pub const OPERATORS: [&str; 54] = [
     "Abs",
     "Add",

@@ -1,6 +1,6 @@
 //! Why a training stops short.
 
-use super::progress::Stage;
+use super::run::progress::Stage;
 use crate::error::ModelError;
 use std::path::PathBuf;
 use vantage_dataset::{InstanceId, Split};

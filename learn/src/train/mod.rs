@@ -4,77 +4,50 @@
 //! 2. Encoder and decoder on the frozen features, by the bound of Eq. 12-14 or of Eq. 20 over several views.
 //! 3. The noise of the measurement, on validation instances.
 
-mod adam;
 mod autoencoder;
-mod autoencoder_network;
-mod burn_convolution;
-mod calibration;
-mod canaries;
-mod changes;
-mod checkpoint;
-mod components;
-mod contrastive;
-mod convolution;
-mod curve;
-mod device;
-mod discrete_class;
+mod data;
 mod error;
-mod exponential;
 mod export;
-mod features;
-mod files;
 mod folder;
-mod half;
-mod instance_term;
-mod layers;
-mod predictions;
-mod progress;
-mod rows;
+mod network;
 mod run;
-mod sheet;
 #[cfg(test)]
 #[path = "../../tests/support/synthetic.rs"]
 mod synthetic;
 mod trunk;
-mod trunk_network;
-mod trunk_store;
-mod turn;
-mod views;
-mod weights;
 
-pub use checkpoint::CHECKPOINT;
-pub use curve::{CURVE_PICTURE, CURVE_TABLE};
-pub use device::TrainingDevice;
+pub use data::views::view_set_hash;
 pub use error::TrainError;
-pub use folder::INSTANCE_LIST;
-pub use progress::{Progress, Stage};
-pub use sheet::SHEET;
-pub use views::view_set_hash;
+pub use folder::{INSTANCE_LIST, SHEET};
+pub use run::checkpoint::CHECKPOINT;
+pub use run::curve::{CURVE_PICTURE, CURVE_TABLE};
+pub use run::device::TrainingDevice;
+pub use run::progress::{Progress, Stage};
 
 use crate::architecture::Architecture;
 use crate::manifest::MANIFEST;
 use crate::role::Kind;
-use crate::spec::{Objective, TrainingSpec};
-use autoencoder::Bound;
-use autoencoder_network::Autoencoder;
+use crate::spec::{Loss, Task, TrainingSpec};
+use autoencoder::features::{Features, Frozen};
+use autoencoder::network::Autoencoder;
+use autoencoder::{Bound, contrastive, discrete_class};
 use burn::module::Module;
 use burn::tensor::Device;
-use checkpoint::{Checkpoint, module_bytes};
-use components::Components;
-use curve::Curve;
-use features::{Features, Frozen};
-use folder::Origin;
+use data::components::Components;
+use data::views::Views;
 use garde::Validate;
-use half::rounded_module;
-use run::{Run, Started};
+use network::half::rounded_module;
+use run::checkpoint::{self, Checkpoint, module_bytes};
+use run::curve::Curve;
+use run::origin::Origin;
+use run::{Run, Started, files};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
-use trunk::{Task, TrunkData};
-use trunk_network::TrunkWithHead;
-use trunk_store::TrunkStore;
+use trunk::TrunkData;
+use trunk::network::TrunkWithHead;
+use trunk::store::TrunkStore;
 use vantage_dataset::{Seed, Split, ViewSet};
-use views::Views;
 
 /// Least instances to train on.
 const TRAINING_INSTANCES: usize = 2;
@@ -115,11 +88,12 @@ pub fn train(
     if !shared.is_empty() {
         return Err(TrainError::SharedInstances { shared });
     }
-    let views = Views::new(training, Split::Train, TRAINING_INSTANCES, spec, seed)?;
-    let held_out = Views::new(validation, Split::Validation, 1, spec, seed)?;
+    let odometry = spec.reads_odometry();
+    let views = Views::new(training, Split::Train, TRAINING_INSTANCES, spec, seed, odometry)?;
+    let held_out = Views::new(validation, Split::Validation, 1, spec, seed, odometry)?;
     let architecture = Architecture::new(spec).expect("a valid spec has a large enough latent");
     if architecture.kind() != Kind::Embedding {
-        calibration::are_enough(&held_out, spec.context as usize, architecture.measurement)?;
+        folder::are_enough(&held_out, spec.context as usize, architecture.measurement)?;
     }
     std::fs::create_dir_all(folder).map_err(|error| files::unwritable(folder, &error))?;
     let manifest = folder.join(MANIFEST);
@@ -155,14 +129,12 @@ fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<T
     let (trunk, network) = start(run, views, store, &device)?;
 
     let components = Components::fit(views.set, architecture.components, seed);
-    let task = Task::of(spec);
+    let task = spec.traits().task;
     // Of a viewpoint-predictive model the trunk alone may be told true viewpoints.
-    let known = if task == Task::Viewpoint && spec.objective == Objective::ViewpointPredictive {
-        let told = TrainingSpec { objective: Objective::ViewpointDependent, ..spec.clone() };
-        Some(Views::new(views.set, Split::Train, TRAINING_INSTANCES, &told, seed)?)
-    } else {
-        None
-    };
+    let told = task == Task::Viewpoint && spec.reads_odometry();
+    let known = told
+        .then(|| Views::new(views.set, Split::Train, TRAINING_INSTANCES, spec, seed, false))
+        .transpose()?;
     let of_trunk = known.as_ref().unwrap_or(views);
     let data = TrunkData {
         task,
@@ -197,10 +169,10 @@ fn descend(run: &mut Run, views: &Views, store: Option<&TrunkStore>) -> Result<T
         Stage::Autoencoder,
         spec.steps as usize,
         network,
-        |network, index| match spec.objective {
-            Objective::DiscreteClass => discrete_class::step(network, &bound, index),
-            Objective::Contrastive => contrastive::step(network, &bound, index),
-            _ => autoencoder::step(network, &bound, index),
+        |network, index| match spec.traits().loss {
+            Loss::Bound | Loss::BoundOfSingles => autoencoder::step(network, &bound, index),
+            Loss::Class => discrete_class::step(network, &bound, index),
+            Loss::Contrast => contrastive::step(network, &bound, index),
         },
         |network| Ok([module_bytes(&trunk)?, module_bytes(network)?]),
     )?;
@@ -218,7 +190,7 @@ fn start(
     device: &Device,
 ) -> Result<Starts, TrainError> {
     let sizes = [views.instances, views.classes];
-    let head = Task::of(run.spec).head(&run.architecture);
+    let head = run.spec.traits().task.head(&run.architecture);
     let embedding = trunk::embedding_size(run.spec);
     let trunk = || TrunkWithHead::new(&run.architecture, &head, embedding, run.seed, device);
     let autoencoder = || Autoencoder::new(&run.architecture, sizes, run.seed, device);

@@ -131,29 +131,43 @@ pub fn node(operator: &str, inputs: &[&str], output: &str) -> NodeProto {
 fn weights_are_not_made_into_large_tensors() {
     let column = TensorProto {
         name: "column".into(),
-        dims: vec![16384, 1],
+        dims: vec![65536, 1],
         data_type: 1,
-        raw_data: vec![0; 4 * 16384],
+        raw_data: vec![0; 4 * 65536],
         ..TensorProto::default()
     };
-    let row = TensorProto { name: "row".into(), dims: vec![1, 16384], ..column.clone() };
+    let row = TensorProto { name: "row".into(), dims: vec![1, 65536], ..column.clone() };
+    let indices = TensorProto {
+        name: "indices".into(),
+        dims: vec![65536],
+        data_type: 7,
+        raw_data: vec![0; 8 * 65536],
+        ..TensorProto::default()
+    };
+    let pads = TensorProto {
+        name: "pads".into(),
+        dims: vec![4],
+        raw_data: [0i64, 0, 8000, 0].iter().flat_map(|pad| pad.to_le_bytes()).collect(),
+        ..indices.clone()
+    };
     let with = |nodes: &[NodeProto]| {
         let (column, row) = (column.clone(), row.clone());
+        let (indices, pads) = (indices.clone(), pads.clone());
         changed(Role::Measurement, move |model| {
             let graph = model.graph.as_mut().unwrap();
-            graph.initializer.extend([column, row]);
+            graph.initializer.extend([column, row, indices, pads]);
             graph.node.splice(0..0, nodes.iter().cloned());
         })
     };
     let product = [node("Mul", &["column", "row"], "made")];
     let sum_with_turned = [node("Transpose", &["row"], "turned"), node("Add", &["turned", "row"], "made")];
     let repeated = |operator: &str, inputs: &[&str]| -> Vec<_> {
-        (0..9000).map(|i| node(operator, inputs, &format!("made{i}"))).collect()
+        (0..3900).map(|i| node(operator, inputs, &format!("made{i}"))).collect()
     };
     let (one_by_one, dot_products) = (repeated("Exp", &["row"]), repeated("MatMul", &["row", "column"]));
-    let gathered = [node("Gather", &["column", "row"], "made")];
+    let gathered = [node("Gather", &["row", "indices"], "made")];
     let product_of_matrices = [node("MatMul", &["column", "row"], "made")];
-    let padded = [node("Pad", &["row", "column"], "made")];
+    let padded = [node("Pad", &["row", "pads"], "made")];
     let all = [
         &product[..],
         &sum_with_turned,
@@ -167,5 +181,33 @@ fn weights_are_not_made_into_large_tensors() {
         let error = with(nodes);
         let named = matches!(&error, GraphError::Stored { node, .. } if node.starts_with("made"));
         assert!(named, "{error}");
+    }
+}
+
+#[test]
+fn a_transpose_by_what_is_no_permutation_is_refused() {
+    for perm in [vec![0, 0, 0, 0], vec![0, 1, 2], vec![0, 1, 2, 9], vec![0, 1, 2, -1]] {
+        let error = changed(Role::Measurement, |model| {
+            let ints =
+                AttributeProto { name: "perm".into(), r#type: 7, ints: perm, ..AttributeProto::default() };
+            let turned = NodeProto { attribute: vec![ints], ..node("Transpose", &["crop"], "turned") };
+            model.graph.as_mut().unwrap().node.insert(0, turned);
+        });
+        assert!(error.to_string().contains("node \"turned\" (Transpose): perm is ["), "{error}");
+    }
+}
+
+#[test]
+fn more_nodes_than_a_network_needs_are_refused_at_once() {
+    for (count, refused) in [(50_000, true), (3_900, false)] {
+        let started = std::time::Instant::now();
+        let error = changed(Role::Measurement, |model| {
+            let graph = model.graph.as_mut().unwrap();
+            let chain = (0..count).map(|i| node("Abs", &[&format!("crop{i}")], &format!("crop{}", i + 1)));
+            let first = node("Identity", &["crop"], "crop0");
+            graph.node.splice(0..0, [first].into_iter().chain(chain));
+        });
+        assert_eq!(matches!(error, GraphError::Nodes { limit: 4096, .. }), refused, "{error}");
+        println!("{count} nodes: {:?}", started.elapsed());
     }
 }

@@ -135,7 +135,7 @@ fn a_graph_of_another_model_is_noticed_by_hash_and_by_canary() {
 #[test]
 fn manifests_of_other_versions_or_with_contradictions_are_refused() {
     type Change = fn(&mut serde_json::Value);
-    let cases: [(Change, &str); 21] = [
+    let cases: [(Change, &str); 26] = [
         (|m| m["version"] = 1.into(), "version 1"),
         (|m| m["format"] = "another".into(), "another"),
         (|m| m["surprise"] = 1.into(), "surprise"),
@@ -146,9 +146,17 @@ fn manifests_of_other_versions_or_with_contradictions_are_refused() {
         (|m| m["conditioning"] = "yaw".into(), "yaw"),
         (|m| remove(m, "conditioning"), "missing"),
         (|m| remove(m, "residual"), "residual is missing"),
-        (|m| remove(m, "measurement"), "measurement"),
+        (|m| remove(m, "measurement"), "measurement is missing, expected 1 to 65536"),
+        (|m| m["measurement"] = 0.into(), "measurement is 0, expected 1 to 65536"),
+        (
+            |m| m["residual"]["sqrt_information"][0][0] = 1e308.into(),
+            "residual.sqrt_information[0][0] is 1e308",
+        ),
+        (|m| m["residual"]["sqrt_information"][5][5] = 1e-320.into(), "residual.sqrt_information[5][5]"),
+        (|m| m["residual"]["sqrt_information"][0][5] = (-1e308).into(), "expected -1e9 to 1e9"),
+        (|m| m["residual"]["sqrt_information"][5][0] = 0.1.into(), "expected 0, below the diagonal"),
         (|m| m["latent"]["dimension"] = 31.into(), "latent.steerable"),
-        (|m| m["latent"]["steerable"]["invariant"] = 11.into(), "latent.steerable"),
+        (|m| m["latent"]["steerable"]["invariant"] = 11.into(), "is invariant 11 and pairs_per_harmonic 2"),
         (|m| m["latent"]["dimension"] = 0.into(), "latent.dimension"),
         (|m| m["residual"]["degrees_of_freedom"] = 0.into(), "degrees_of_freedom"),
         (|m| m["graphs"]["encoder"]["inputs"]["crop"][1] = 1.into(), "graphs.encoder.inputs"),
@@ -259,6 +267,17 @@ fn a_canary_cannot_allow_everything() {
         manifest["canary"]["sha256"] = sha256(lax.as_bytes()).into();
     });
     assert!(matches!(error(&folder), ModelError::Manifest { field, .. } if field == "tolerance"));
+}
+
+#[test]
+fn a_canary_of_a_graph_that_the_manifest_leaves_out_is_named() {
+    let folder = copied();
+    change_manifest(&folder, |manifest| remove(&mut manifest["graphs"], "image"));
+    let error = error(&folder).to_string();
+    assert!(
+        error.contains("canary.json") && error.contains("cases is one of image, expected only"),
+        "{error}"
+    );
 }
 
 #[test]

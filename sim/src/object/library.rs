@@ -81,7 +81,9 @@ impl MeshLibrary {
         }
         let total = wanted.len() as u64;
         let mut tell = |done: usize| progress(Progress { stage: Stage::Meshes, done: done as u64, total });
-        tell(0);
+        if total > 0 {
+            tell(0);
+        }
         let mut meshes: Vec<MeshEntry> = Vec::with_capacity(wanted.len());
         let mut taken = 0;
         for batch in wanted.chunks(BATCH) {

@@ -14,7 +14,7 @@ use crate::result::row_name::{kind_names, reserved_names};
 use crate::scene_file::SceneFile;
 use crate::score::entry::Entry;
 use crate::score::unseen::{Subject, Unseen};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::world::check_room;
@@ -29,9 +29,8 @@ pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, 
 
     let views = record.timed("test views", || test_views(&pipeline, &seeds))?;
     let models = record.timed("model", || {
-        let named: Vec<PathBuf> = stages.model.iter().cloned().collect();
         let others: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-        let models = models(&pipeline, stages.train, &named, naming, &others)?;
+        let models = models(&pipeline, stages.train, &stages.model, naming, &others)?;
         let unseen = |model: &LoadedModel| views.iter().try_for_each(|views| model.check_set(&views.set));
         models.iter().try_for_each(unseen)?;
         Ok(models)

@@ -33,130 +33,74 @@ pub(super) struct Column {
 }
 
 pub(super) const COLUMNS: [Column; 27] = [
-    Column { name: "key", meaning: "episode, step and track", kind: Kind::Text(|row| row.key.clone()) },
-    Column {
-        name: "masked",
-        meaning: "the crop with all but the object black",
-        kind: Kind::Image(|row| &row.masked, "masked.png"),
-    },
-    Column {
-        name: "boxed",
-        meaning: "the crop with its surroundings",
-        kind: Kind::Image(|row| &row.boxed, "boxed.png"),
-    },
-    Column { name: "episode", meaning: "seed of the episode", kind: Kind::Integer(|row| row.sample.episode) },
-    Column {
-        name: "step",
-        meaning: "step of the episode",
-        kind: Kind::Integer(|row| row.sample.step as u64),
-    },
-    Column {
-        name: "timestamp",
-        meaning: "seconds since the episode's start",
-        kind: Kind::Number(|row| Some(row.sample.timestamp)),
-    },
-    Column {
-        name: "track",
-        meaning: "index of the object in its episode",
-        kind: Kind::Integer(|row| row.sample.track as u64),
-    },
-    Column {
-        name: "instance",
-        meaning: "the object: equal ids look equal",
-        kind: Kind::Text(|row| row.sample.instance.to_string()),
-    },
-    Column { name: "family", meaning: "its family", kind: Kind::Text(|row| row.sample.family.clone()) },
-    Column {
-        name: "min_x",
-        meaning: "left edge of the box as detected, pixels: the visible mask's, unless the scene's detector jitters",
-        kind: Kind::Number(|row| Some(row.sample.bounding_box.min.x)),
-    },
-    Column {
-        name: "min_y",
-        meaning: "top edge",
-        kind: Kind::Number(|row| Some(row.sample.bounding_box.min.y)),
-    },
-    Column {
-        name: "max_x",
-        meaning: "right edge, exclusive",
-        kind: Kind::Number(|row| Some(row.sample.bounding_box.max.x)),
-    },
-    Column {
-        name: "max_y",
-        meaning: "bottom edge, exclusive",
-        kind: Kind::Number(|row| Some(row.sample.bounding_box.max.y)),
-    },
-    Column {
-        name: "visible_fraction",
-        meaning: "visible share of the silhouette",
-        kind: Kind::Number(|row| Some(row.sample.visible_fraction)),
-    },
-    Column {
-        name: "image_width",
-        meaning: "of the image that the box is in, pixels",
-        kind: Kind::Integer(|row| row.sample.camera.width.into()),
-    },
-    Column {
-        name: "image_height",
-        meaning: "likewise",
-        kind: Kind::Integer(|row| row.sample.camera.height.into()),
-    },
-    Column {
-        name: "fx",
-        meaning: "focal length along x, pixels",
-        kind: Kind::Number(|row| Some(row.sample.camera.fx)),
-    },
-    Column {
-        name: "fy",
-        meaning: "focal length along y, pixels",
-        kind: Kind::Number(|row| Some(row.sample.camera.fy)),
-    },
-    Column {
-        name: "cx",
-        meaning: "principal point, x, pixels; pixel centres at +0.5",
-        kind: Kind::Number(|row| Some(row.sample.camera.cx)),
-    },
-    Column {
-        name: "cy",
-        meaning: "principal point, y, pixels",
-        kind: Kind::Number(|row| Some(row.sample.camera.cy)),
-    },
-    Column {
-        name: "world_from_camera",
-        meaning: "`tx, ty, tz, qx, qy, qz, qw`, metres; the camera looks along +z, x right, y down",
-        kind: Kind::Pose(|row| pose_fields(&row.sample.world_from_camera)),
-    },
-    Column {
-        name: "object_from_camera",
-        meaning: "the camera in the object's frame",
-        kind: Kind::Pose(|row| pose_fields(&row.sample.object_from_camera)),
-    },
-    Column {
-        name: "direction_x",
-        meaning: "unit vector from object to camera, object frame; none where the viewpoint is undefined",
-        kind: Kind::Number(|row| row.sample.viewpoint.map(|v| v.direction.x)),
-    },
-    Column {
-        name: "direction_y",
-        meaning: "likewise",
-        kind: Kind::Number(|row| row.sample.viewpoint.map(|v| v.direction.y)),
-    },
-    Column {
-        name: "direction_z",
-        meaning: "likewise",
-        kind: Kind::Number(|row| row.sample.viewpoint.map(|v| v.direction.z)),
-    },
-    Column {
-        name: "roll",
-        meaning: "about the viewing ray, radians",
-        kind: Kind::Number(|row| row.sample.viewpoint.map(|v| v.roll)),
-    },
-    Column {
-        name: "log_distance",
-        meaning: "logarithm of distance over object size",
-        kind: Kind::Number(|row| row.sample.viewpoint.map(|v| v.log_distance)),
-    },
+    column("key", "episode, step and track", Kind::Text(|row| row.key.clone())),
+    column("masked", "the crop with all but the object black", Kind::Image(|row| &row.masked, "masked.png")),
+    column("boxed", "the crop with its surroundings", Kind::Image(|row| &row.boxed, "boxed.png")),
+    column("episode", "seed of the episode", Kind::Integer(|row| row.sample.episode)),
+    column("step", "step of the episode", Kind::Integer(|row| row.sample.step as u64)),
+    column("timestamp", "seconds since the episode's start", Kind::Number(|row| Some(row.sample.timestamp))),
+    column("track", "index of the object in its episode", Kind::Integer(|row| row.sample.track as u64)),
+    column("instance", "the object: equal ids look equal", Kind::Text(|row| row.sample.instance.to_string())),
+    column("family", "its family", Kind::Text(|row| row.sample.family.clone())),
+    column(
+        "min_x",
+        "left edge of the box as detected, pixels: the visible mask's, unless the scene's detector jitters",
+        Kind::Number(|row| Some(row.sample.bounding_box.min.x)),
+    ),
+    column("min_y", "top edge", Kind::Number(|row| Some(row.sample.bounding_box.min.y))),
+    column("max_x", "right edge, exclusive", Kind::Number(|row| Some(row.sample.bounding_box.max.x))),
+    column("max_y", "bottom edge, exclusive", Kind::Number(|row| Some(row.sample.bounding_box.max.y))),
+    column(
+        "visible_fraction",
+        "visible share of the silhouette",
+        Kind::Number(|row| Some(row.sample.visible_fraction)),
+    ),
+    column(
+        "image_width",
+        "of the image that the box is in, pixels",
+        Kind::Integer(|row| row.sample.camera.width.into()),
+    ),
+    column("image_height", "likewise", Kind::Integer(|row| row.sample.camera.height.into())),
+    column("fx", "focal length along x, pixels", Kind::Number(|row| Some(row.sample.camera.fx))),
+    column("fy", "focal length along y, pixels", Kind::Number(|row| Some(row.sample.camera.fy))),
+    column(
+        "cx",
+        "principal point, x, pixels; pixel centres at +0.5",
+        Kind::Number(|row| Some(row.sample.camera.cx)),
+    ),
+    column("cy", "principal point, y, pixels", Kind::Number(|row| Some(row.sample.camera.cy))),
+    column(
+        "world_from_camera",
+        "`tx, ty, tz, qx, qy, qz, qw`, metres; the camera looks along +z, x right, y down",
+        Kind::Pose(|row| pose_fields(&row.sample.world_from_camera)),
+    ),
+    column(
+        "object_from_camera",
+        "the camera in the object's frame",
+        Kind::Pose(|row| pose_fields(&row.sample.object_from_camera)),
+    ),
+    column(
+        "direction_x",
+        "unit vector from object to camera, object frame; none where the viewpoint is undefined",
+        Kind::Number(|row| row.sample.viewpoint.map(|v| v.direction.x)),
+    ),
+    column("direction_y", "likewise", Kind::Number(|row| row.sample.viewpoint.map(|v| v.direction.y))),
+    column("direction_z", "likewise", Kind::Number(|row| row.sample.viewpoint.map(|v| v.direction.z))),
+    column(
+        "roll",
+        "about the viewing ray, radians",
+        Kind::Number(|row| row.sample.viewpoint.map(|v| v.roll)),
+    ),
+    column(
+        "log_distance",
+        "logarithm of distance over object size",
+        Kind::Number(|row| row.sample.viewpoint.map(|v| v.log_distance)),
+    ),
 ];
+
+const fn column(name: &'static str, meaning: &'static str, kind: Kind) -> Column {
+    Column { name, meaning, kind }
+}
 
 impl Kind {
     /// The column's type in Parquet.

@@ -4,7 +4,7 @@ use super::{dense, selections};
 use crate::architecture::{LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
 use crate::onnx::build::{GraphBuilder, integers, real};
 use crate::role::Kind;
-use crate::train::weights::{Conv, Dense, Weights};
+use crate::train::network::weights::{Conv, Dense, Weights};
 use vantage_dataset::crop::CROP_BYTES;
 use vantage_dataset::viewpoint::HARMONICS;
 

@@ -4,7 +4,7 @@ use super::{Hidden, PAIRS, conditioning, decoder, dense, predicted};
 use crate::architecture::Architecture;
 use crate::onnx::build::GraphBuilder;
 use crate::role::Kind;
-use crate::train::weights::{Dense, Weights};
+use crate::train::network::weights::{Dense, Weights};
 use std::ops::Range;
 
 /// Reverse mode: the rows of `d m / d .` are carried from the measurement back to the latent and conditioning.

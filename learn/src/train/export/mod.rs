@@ -3,12 +3,12 @@
 mod encoder;
 mod jacobian;
 
-use super::weights::{Dense, Weights};
 use crate::architecture::{Architecture, CLASS_SHARPNESS};
 use crate::latent::LatentLayout;
 use crate::onnx::Signature;
 use crate::onnx::build::GraphBuilder;
 use crate::role::{Kind, Role, Sizes};
+use crate::train::network::weights::{Dense, Weights};
 use encoder::{encoder, trunk};
 use jacobian::jacobian;
 use vantage_dataset::crop::CROP_SIDE;
@@ -180,15 +180,15 @@ mod tests {
     use crate::onnx::graph::Graph;
     use crate::role::Convention;
     use crate::spec::{MOST_PAIRS, TrainingSpec};
-    use crate::train::autoencoder_network::Autoencoder;
-    use crate::train::canaries::Trainer;
-    use crate::train::components::Components;
-    use crate::train::device::cpu;
-    use crate::train::features::Frozen;
-    use crate::train::half::rounded_module;
+    use crate::train::autoencoder::features::Frozen;
+    use crate::train::autoencoder::network::Autoencoder;
+    use crate::train::data::components::Components;
+    use crate::train::data::views::Views;
+    use crate::train::folder::canaries::Trainer;
+    use crate::train::network::half::rounded_module;
+    use crate::train::run::device::cpu;
     use crate::train::synthetic;
-    use crate::train::trunk_network::TrunkWithHead;
-    use crate::train::views::Views;
+    use crate::train::trunk::network::TrunkWithHead;
     use burn::module::Module;
     use burn::tensor::Device;
     use nalgebra::DVector;
@@ -227,7 +227,7 @@ mod tests {
         };
         let (device, plain) = (cpu(), Device::flex());
         let set = synthetic::views(Split::Train, 4, 5, 1);
-        let views = Views::new(&set, Split::Train, 2, &TrainingSpec::default(), Seed(1)).unwrap();
+        let views = Views::new(&set, Split::Train, 2, &TrainingSpec::default(), Seed(1), false).unwrap();
         let trunk = TrunkWithHead::new(&architecture, &[5, 9], None, Seed(1), &device).trunk;
         let measurement = trunk.measurement_layer();
         let components = Components::fit(&set, architecture.components, Seed(1));

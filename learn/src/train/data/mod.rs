@@ -1,0 +1,4 @@
+//! What a training reads of view sets.
+
+pub(crate) mod components;
+pub(crate) mod views;
