@@ -190,7 +190,7 @@ mod tests {
         let lacking = compare(&all, &less).unwrap();
         assert_eq!(lacking.count(Movement::Regressed), 2);
         assert_eq!(
-            lacking.report(Style::Terminal(120)).matches("REGRESSED: no run has it any more").count(),
+            lacking.report(Style::Terminal(250)).matches("REGRESSED: no run has it any more").count(),
             2
         );
         assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);

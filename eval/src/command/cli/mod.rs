@@ -399,7 +399,7 @@ mod tests {
     #[test]
     fn all_options_are_read_and_wrong_ones_refused() {
         let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
-        assert_eq!(run.stages.model, [PathBuf::from("m")]);
+        assert_eq!((run.stages.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
         assert_eq!(run.stages.model, [PathBuf::from("m")]);
         for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
         {
