@@ -95,10 +95,10 @@ fn a_model_that_is_named_bears_its_folders_name_which_no_other_row_has() {
         Finished::of(scene.command().arg("--model").arg(&folder))
     };
     named("mine").expect(0, &[]);
-    let tables = fs::read_to_string(scene.path("out/small/tables.md")).expect("tables");
+    let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
     assert!(tables.matches("| mine").count() > 5, "{tables}");
     assert!(!tables.contains("viewpoint_dependent"), "{tables}");
-    assert!(scene.path("out/small/0/mine.tum").exists());
+    assert!(scene.path("out/scenes/small/0/mine.tum").exists());
     for taken in ["geometric", "pixels_pca64", "truth"] {
         named(taken).expect(2, &["--model", taken, "rename the folder"]);
     }

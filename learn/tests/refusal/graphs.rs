@@ -87,7 +87,12 @@ fn graphs_that_do_not_compute_what_they_declare_are_refused() {
         let graph = model.graph.as_mut().unwrap();
         graph.node.last_mut().unwrap().input[0] = "latent".into();
     });
-    assert!(matches!(error, GraphError::Refused { .. }), "{error}");
+    assert!(error.to_string().contains("(Gemm): the matrices' shapes is [1, 30] and [256, 6]"), "{error}");
+    let error = changed(Role::Decoder, |model| {
+        let nodes = &mut model.graph.as_mut().unwrap().node;
+        *nodes.last_mut().unwrap() = node("Identity", &["latent"], "measurement");
+    });
+    assert!(matches!(error, GraphError::Signature { side: "computed outputs", .. }), "{error}");
     let error = changed(Role::Decoder, |model| {
         let graph = model.graph.as_mut().unwrap();
         graph.node.last_mut().unwrap().output[0] = "elsewhere".into();
@@ -199,15 +204,11 @@ fn a_transpose_by_what_is_no_permutation_is_refused() {
 
 #[test]
 fn more_nodes_than_a_network_needs_are_refused_at_once() {
-    for (count, refused) in [(50_000, true), (3_900, false)] {
-        let started = std::time::Instant::now();
+    for count in [5_000, 50_000] {
         let error = changed(Role::Measurement, |model| {
-            let graph = model.graph.as_mut().unwrap();
-            let chain = (0..count).map(|i| node("Abs", &[&format!("crop{i}")], &format!("crop{}", i + 1)));
-            let first = node("Identity", &["crop"], "crop0");
-            graph.node.splice(0..0, [first].into_iter().chain(chain));
+            let chain = (0..count).map(|i| node("Abs", &["crop"], &format!("crop{i}")));
+            model.graph.as_mut().unwrap().node.extend(chain);
         });
-        assert_eq!(matches!(error, GraphError::Nodes { limit: 4096, .. }), refused, "{error}");
-        println!("{count} nodes: {:?}", started.elapsed());
+        assert!(matches!(error, GraphError::Nodes { nodes, limit: 4096 } if nodes > count), "{error}");
     }
 }

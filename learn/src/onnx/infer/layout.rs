@@ -232,6 +232,10 @@ pub(super) fn squeeze(node: &Node) -> Result<Tensor, GraphError> {
         Some(_) => node.axes("axes", node.listed(1)?, x.shape.len())?,
         None => (0..x.shape.len()).filter(|&axis| x.shape[axis] == 1).collect(),
     };
+    // The runtime takes them out one by one, as if each were counted after those before it are gone.
+    if !axes.is_sorted() {
+        return Err(node.fault("axes", format!("{axes:?}"), "ascending order"));
+    }
     if let Some(axis) = axes.iter().find(|&&axis| x.shape[axis] != 1) {
         return Err(node.fault(format!("the side of axis {axis}"), x.shape[*axis], 1));
     }

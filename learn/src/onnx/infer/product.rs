@@ -10,8 +10,12 @@ use tract_onnx::pb::tensor_proto::DataType;
 pub(super) fn matmul(node: &Node) -> Result<Tensor, GraphError> {
     node.takes(2..=2)?;
     let (a, b) = (&node.real(0)?.shape, &node.real(1)?.shape);
-    if a.is_empty() || b.is_empty() {
-        return Err(unfit(node, a, b));
+    if a.is_empty() || b.is_empty() || a.len() + b.len() == 2 {
+        return Err(node.fault(
+            "the operands' shapes",
+            format!("{a:?} and {b:?}"),
+            "a matrix and a matrix or vector",
+        ));
     }
     let (mut left, mut right) = (a.clone(), b.clone());
     if a.len() == 1 {

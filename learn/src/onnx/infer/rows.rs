@@ -16,7 +16,11 @@ pub(super) fn reduce(node: &Node) -> Result<Tensor, GraphError> {
         node.lacks("axes", "an operand in its place")?;
         node.optional(1).map(|_| node.listed(1)).transpose()?
     } else {
-        node.integers("axes")
+        let axes = node.integers("axes");
+        if axes == Some(&[]) {
+            return Err(node.fault("axes", "an empty list", "at least one axis, or no list for all"));
+        }
+        axes
     };
     let axes = axes.filter(|axes| !axes.is_empty());
     let axes = match axes {

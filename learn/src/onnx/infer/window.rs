@@ -154,7 +154,11 @@ pub(super) fn pool(node: &Node) -> Result<Tensor, GraphError> {
             }
         }
     }
-    let positions = windows.positions(node, sides, node.flag("ceil_mode", false)?)?;
+    let rounded_up = node.flag("ceil_mode", false)?;
+    if rounded_up {
+        node.lacks("auto_pad", "pads beside a ceil_mode of 1")?;
+    }
+    let positions = windows.positions(node, sides, rounded_up)?;
     node.made(DataType::Float, [&[n, channels][..], &positions].concat())
 }
 
