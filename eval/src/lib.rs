@@ -18,7 +18,6 @@
 //! - [`command`]: arguments -> a run of `bench` -> exit code
 
 pub mod command;
-pub mod error;
 pub mod figure;
 pub mod gate;
 pub mod pipeline;

@@ -2,8 +2,33 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
+
+/// How much a process says of what it is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Loudness {
+    /// Notes alone.
+    Quiet,
+    /// How far each stage is, too.
+    #[default]
+    Usual,
+    /// Notes in full, too.
+    Verbose,
+}
+
+static LOUDNESS: OnceLock<Loudness> = OnceLock::new();
+
+impl Loudness {
+    /// Makes it that of this process; the first call counts.
+    pub fn apply(self) {
+        LOUDNESS.get_or_init(|| self);
+    }
+
+    fn of_process() -> Self {
+        LOUDNESS.get().copied().unwrap_or_default()
+    }
+}
 
 /// Where progress is shown.
 #[derive(Clone)]
@@ -11,6 +36,7 @@ pub struct Progress(Target);
 
 #[derive(Clone)]
 enum Target {
+    Notes,
     Bars,
     Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration },
 }
@@ -19,9 +45,11 @@ enum Target {
 const PAUSE: Duration = Duration::from_secs(20);
 
 impl Progress {
-    /// Bars where standard error is a terminal, lines on it otherwise.
+    /// Bars where standard error is a terminal, lines on it otherwise; notes alone in a quiet process.
     pub fn detect() -> Self {
-        if std::io::stderr().is_terminal() {
+        if Loudness::of_process() == Loudness::Quiet {
+            Self(Target::Notes)
+        } else if std::io::stderr().is_terminal() {
             Self(Target::Bars)
         } else {
             Self::lines_to(std::io::stderr(), PAUSE)
@@ -33,10 +61,15 @@ impl Progress {
         Self(Target::Lines { sink: Arc::new(Mutex::new(sink)), pause })
     }
 
+    /// Whether notes are to be in full.
+    pub fn is_verbose(&self) -> bool {
+        Loudness::of_process() == Loudness::Verbose
+    }
+
     /// Says a line, whatever stage is under way.
     pub fn note(&self, line: &str) {
         match &self.0 {
-            Target::Bars => eprintln!("{line}"),
+            Target::Notes | Target::Bars => eprintln!("{line}"),
             Target::Lines { sink, .. } => print(sink, line),
         }
     }
@@ -45,6 +78,7 @@ impl Progress {
     pub fn stage(&self, name: &str, total: u64) -> Stage {
         let now = Instant::now();
         let shown = match &self.0 {
+            Target::Notes => Shown::Nowhere,
             Target::Bars => {
                 let bar = ProgressBar::new(total).with_message(name.to_owned());
                 if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len}, {eta} left") {
@@ -71,6 +105,7 @@ pub struct Stage {
 }
 
 enum Shown {
+    Nowhere,
     Bar(ProgressBar),
     Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration, state: Mutex<LineState> },
 }
@@ -84,6 +119,7 @@ impl Stage {
     /// Notes that `steps` more are done.
     pub fn advance(&self, steps: u64) {
         match &self.shown {
+            Shown::Nowhere => {}
             Shown::Bar(bar) => bar.inc(steps),
             Shown::Lines { sink, pause, state } => {
                 let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -101,6 +137,7 @@ impl Drop for Stage {
     fn drop(&mut self) {
         let seconds = self.start.elapsed().as_secs_f64();
         match &self.shown {
+            Shown::Nowhere => {}
             Shown::Bar(bar) => bar.finish_and_clear(),
             Shown::Lines { sink, state, .. } => {
                 let done = state.lock().unwrap_or_else(PoisonError::into_inner).done;

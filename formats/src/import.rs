@@ -96,11 +96,6 @@ impl ImportError {
     pub(crate) fn is_absence(&self) -> bool {
         matches!(self, Self::Read { source, .. } if source.kind() == ErrorKind::NotFound)
     }
-
-    /// The exit code a program should end with.
-    pub fn exit_code(&self) -> u8 {
-        5
-    }
 }
 
 /// The bytes of a regular file of at most `limit` bytes.

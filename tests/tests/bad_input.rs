@@ -84,7 +84,7 @@ fn scenes_that_no_machine_could_run_are_refused_before_they_start() {
 fn a_path_that_sees_nothing_is_said_and_ends_with_4() {
     let scene = SmallScene::new(&[("yaw_deg: 90", "yaw_deg: -90")]);
     scene.run().expect(4, &["no object was detected"]);
-    assert!(scene.path("out/small/results.json").exists());
+    assert!(scene.path("out/scenes/small/results.json").exists());
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! The command line: scenes by name, what is misspelt, what is listed, and how an interrupt ends.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
-
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;

@@ -4,9 +4,15 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use vantage_eval::command::INDEX;
+use vantage_eval::figure::gains::gains_svg;
+use vantage_eval::result::index::{folders, index, scene_table};
+use vantage_eval::result::kind::ResultKind;
+use vantage_eval::result::metric::Metric;
+use vantage_eval::result::paired::Paired;
 use vantage_eval::result::report::{TABLES as TABLES_FILE, markdown};
 use vantage_eval::result::results_file::{FILE_NAME, Results};
-use vantage_eval::result::table_text::csv;
+use vantage_eval::scene_file::row_name::is_learned;
 use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_eval::score::unseen_table::TABLES;
@@ -17,9 +23,15 @@ fn files(folder: &str) -> Vec<PathBuf> {
     entries.filter(|path| path.extension().is_some_and(|extension| extension == "yaml")).collect()
 }
 
-fn results(name: &str) -> Option<Results> {
-    let folder = root().join("results").join(name);
+fn results(of: ResultKind, name: &str) -> Option<Results> {
+    let folder = of.place(&root().join("results"), name);
     folder.join(FILE_NAME).exists().then(|| Results::read(&folder).unwrap())
+}
+
+/// Folders of all committed results.
+fn all() -> Vec<PathBuf> {
+    let of = |kind| folders(&root().join("results"), kind);
+    [of(ResultKind::Scene), of(ResultKind::Study)].concat()
 }
 
 fn scene(path: &Path) -> (SceneFile, String) {
@@ -33,7 +45,7 @@ fn every_scene_with_a_path_has_results_that_are_of_it() {
     assert!(files("scenes").len() >= 9 && files("studies").len() >= 4);
     for path in files("scenes") {
         let (file, hash) = scene(&path);
-        match results(&file.name) {
+        match results(ResultKind::Scene, &file.name) {
             Some(results) => {
                 assert_eq!(results.scene_hash, hash, "{}: run `bench SCENE --out results`", path.display())
             }
@@ -46,25 +58,21 @@ fn every_scene_with_a_path_has_results_that_are_of_it() {
 
 #[test]
 fn results_have_all_scores_that_a_run_has_today() {
-    let mut seen = 0;
-    for entry in std::fs::read_dir(root().join("results")).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        let Some(results) = results(&name) else { continue };
-        seen += 1;
+    assert!(all().len() >= 21, "{:?}", all());
+    for folder in all() {
+        let (name, results) = (folder.display(), Results::read(&folder).unwrap());
         for table in &TABLES {
             let found = results.tables.iter().find(|stored| stored.name() == table.name);
             let metrics = found.map(|stored| stored.metrics());
             assert_eq!(metrics, Some(table.metrics()), "{name}, {}: make its results again", table.name);
         }
     }
-    assert!(seen >= 9, "{seen} results");
 }
 
 #[test]
 fn manifests_of_results_name_no_folder_of_a_machine() {
-    for entry in std::fs::read_dir(root().join("results")).unwrap() {
-        let path = entry.unwrap().path().join("manifest.json");
-        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+    for path in all().into_iter().map(|folder| folder.join("manifest.json")) {
+        let text = std::fs::read_to_string(&path).unwrap();
         let manifest: Value = serde_json::from_str(&text).unwrap();
         let words = manifest["command"].as_array().unwrap().iter();
         let words = words.chain([&manifest["options"]["cache"]]).map(|word| word.as_str().unwrap());
@@ -76,34 +84,67 @@ fn manifests_of_results_name_no_folder_of_a_machine() {
 #[test]
 fn results_of_studies_are_of_the_studies_as_they_are() {
     for path in files("studies") {
-        // The scene that studies share lies beside them.
-        let Ok(study) = scene_file::read::<StudyFile>(&path) else {
-            scene(&path);
-            continue;
-        };
+        let study: StudyFile = scene_file::read(&path).unwrap();
         let of_scene = scene(&path.with_file_name(&study.scene)).1;
-        let Some(results) = results(&study.name) else { continue };
-        let hash = scene_file::hash(&(&study, &of_scene)).unwrap();
+        let Some(results) = results(ResultKind::Study, &study.name) else { continue };
+        let hash = study.hash(&of_scene).unwrap();
         assert_eq!(results.scene_hash, hash, "{}: run `bench study STUDY --out results`", path.display());
     }
 }
 
 #[test]
-fn tables_and_rows_are_those_of_the_results_beside_them() {
-    let folders = std::fs::read_dir(root().join("results")).unwrap().map(|entry| entry.unwrap().path());
-    for folder in folders.filter(|folder| folder.is_dir()) {
+fn scenes_that_serve_studies_alone_are_scenes() {
+    let views = files("studies/views");
+    views.iter().for_each(|path| drop(scene(path)));
+    assert_eq!(views.len(), 4);
+}
+
+#[test]
+fn tables_are_those_of_the_raw_scores_beside_them_and_nothing_else_is_a_table() {
+    for folder in all() {
         let results = Results::read(&folder).unwrap();
         let manifest: Value =
             serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
         let shown = std::fs::read_to_string(folder.join(TABLES_FILE)).unwrap();
-        assert!(
-            shown == markdown(&results, manifest["model_hash"].as_str(), manifest["caveat"].as_str()),
-            "{}",
-            folder.display()
-        );
-        for table in &results.tables {
-            let rows = std::fs::read(folder.join(format!("{}.csv", table.name()))).unwrap();
-            assert!(rows == csv(table).unwrap(), "{}, {}", folder.display(), table.name());
+        let (model, caveat) = (manifest["model_hash"].as_str(), manifest["caveat"].as_str());
+        assert!(shown == markdown(&results, model, caveat), "{}", folder.display());
+        let known = [TABLES_FILE, "README.md", "variants.md", FILE_NAME, "manifest.json"];
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let picture = name.ends_with(".svg") || name.ends_with(".png");
+            // The trajectories of a run here, which are not committed.
+            let of_seed = name.bytes().all(|byte| byte.is_ascii_digit());
+            assert!(picture || of_seed || known.contains(&name.as_str()), "{}: {name}", folder.display());
         }
     }
+}
+
+#[test]
+fn gains_are_those_of_the_raw_scores_beside_them() {
+    for folder in folders(&root().join("results"), ResultKind::Scene) {
+        let results = Results::read(&folder).unwrap();
+        let Some(table) = results.tables.iter().find(|table| table.name() == "trajectory") else { continue };
+        let learned = table.methods().iter().filter(|method| is_learned(method));
+        let gains: Vec<(&str, Paired)> = learned
+            .map(|method| (method.as_str(), Paired::of(table, method, Metric::Ate).unwrap()))
+            .collect();
+        let drawn = gains_svg(&results.scene, table.reference().unwrap(), &gains).unwrap();
+        let committed = std::fs::read_to_string(folder.join("gains.svg")).unwrap();
+        assert!(drawn == committed, "{}: run `bench SCENE --out results`", folder.display());
+    }
+}
+
+#[test]
+fn the_index_and_the_table_of_the_readme_are_those_of_the_results() {
+    let results = root().join("results");
+    let committed = std::fs::read_to_string(results.join(INDEX)).unwrap();
+    assert!(committed == index(&results).unwrap(), "run `bench index results`");
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, after) = readme.split_once("<!-- results: begin -->\n").unwrap();
+    let (block, _) = after.split_once("<!-- results: end -->").unwrap();
+    let table = scene_table(&results, "results/").unwrap();
+    assert!(
+        block == table,
+        "put what `bench index results` prints between the markers of README.md:\n{table}"
+    );
 }

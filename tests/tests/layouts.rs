@@ -83,9 +83,11 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     study("test", "scored: known\n").expect(2, &["views", "leave out"]);
     study("both", "").expect(2, &["was trained on it"]);
     study("test", "").expect(0, &[]);
-    assert!(fs::read_to_string(scene.path("out/imported/tables.md")).unwrap().contains("| own "));
+    assert!(fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap().contains("| own "));
     assert!(
-        fs::read_to_string(scene.path("out/imported/variants.md")).unwrap().contains("the views in test")
+        fs::read_to_string(scene.path("out/studies/imported/variants.md"))
+            .unwrap()
+            .contains("the views in test")
     );
     let mut figures = bench();
     figures

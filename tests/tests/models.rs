@@ -72,10 +72,10 @@ fn with_objective(objective: &str) -> SmallScene {
 fn a_predictive_model_makes_the_semantic_rows_under_its_own_name() {
     let scene = with_objective("viewpoint_predictive");
     scene.run().expect(0, &[]);
-    let tables = fs::read_to_string(scene.path("out/small/tables.md")).expect("tables");
+    let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
     assert!(tables.matches("| viewpoint_predictive").count() > 5, "{tables}");
     assert!(!tables.contains("viewpoint_dependent"), "{tables}");
-    assert!(scene.path("out/small/0/viewpoint_predictive.tum").exists());
+    assert!(scene.path("out/scenes/small/0/viewpoint_predictive.tum").exists());
 }
 
 #[test]
@@ -95,10 +95,10 @@ fn a_model_that_is_named_bears_its_folders_name_which_no_other_row_has() {
         Finished::of(scene.command().arg("--model").arg(&folder))
     };
     named("mine").expect(0, &[]);
-    let tables = fs::read_to_string(scene.path("out/small/tables.md")).expect("tables");
+    let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
     assert!(tables.matches("| mine").count() > 5, "{tables}");
     assert!(!tables.contains("viewpoint_dependent"), "{tables}");
-    assert!(scene.path("out/small/0/mine.tum").exists());
+    assert!(scene.path("out/scenes/small/0/mine.tum").exists());
     for taken in ["geometric", "pixels_pca64", "truth"] {
         named(taken).expect(2, &["--model", taken, "rename the folder"]);
     }
@@ -148,9 +148,9 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     study(&trained, ", instances: 3").expect(2, &["variant mine", "folder"]);
     study(Path::new("nowhere"), "").expect(2, &["no folder", "nowhere"]);
     study(&trained, "").expect(0, &[]);
-    let tables = fs::read_to_string(scene.path("out/others/tables.md")).expect("the tables");
+    let tables = fs::read_to_string(scene.path("out/studies/others/tables.md")).expect("the tables");
     assert!(tables.contains("| mine ") && tables.contains("| pixels_pca64"), "{tables}");
-    let manifest = fs::read_to_string(scene.path("out/others/manifest.json")).expect("the manifest");
+    let manifest = fs::read_to_string(scene.path("out/studies/others/manifest.json")).expect("the manifest");
     let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
     let hash = vantage_learn::Model::load(&trained).expect("the model").hash().to_owned();
     assert_eq!(manifest["model_hashes"], serde_json::json!({ "mine": hash }));
@@ -172,7 +172,7 @@ fn a_training_that_diverges_is_a_failed_run_of_its_study() {
     let bad = "  - { name: bad, note: diverges, model: { learning_rate: 1, trunk_steps: 60, steps: 60 } }\n";
     let finished = study(&format!("{bad}  - {{ name: good, note: does not }}\n"));
     finished.expect(0, &["bad with seed 1 failed", "lower the learning rate"]);
-    let tables = fs::read_to_string(scene.path("out/failing/tables.md")).expect("the tables");
+    let tables = fs::read_to_string(scene.path("out/studies/failing/tables.md")).expect("the tables");
     assert!(tables.contains("| good ") && tables.contains("1 (1 failed)"), "{tables}");
     study(bad).expect(4, &["failed"]);
 }
@@ -193,9 +193,9 @@ fn a_study_of_known_instances_scores_views_that_it_holds_out() {
     };
     study("  - { name: three, note: fewer, instances: 3 }\n").expect(2, &["variant three", "first 4"]);
     study("").expect(0, &[]);
-    let told = fs::read_to_string(scene.path("out/known/variants.md")).expect("the variants");
+    let told = fs::read_to_string(scene.path("out/studies/known/variants.md")).expect("the variants");
     assert!(told.contains("held-out views of training instances"), "{told}");
-    let tables = fs::read_to_string(scene.path("out/known/tables.md")).expect("the tables");
+    let tables = fs::read_to_string(scene.path("out/studies/known/tables.md")).expect("the tables");
     assert!(tables.contains("| all "), "{tables}");
 
     let text = fs::read_to_string(scene.path("scene.yaml")).expect("the scene");

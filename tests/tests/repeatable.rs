@@ -26,10 +26,9 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 fn results(scene: &SmallScene) -> Vec<(PathBuf, Vec<u8>)> {
-    let found = files(&scene.path("out/small"));
-    for expected in
-        ["results.json", "trajectory.svg", "crops.png", "1/truth.tum", "1/viewpoint_dependent.tum"]
-    {
+    let found = files(&scene.path("out/scenes/small"));
+    let pictures = ["gains.svg", "trajectory.svg", "crops.png"];
+    for expected in [&pictures[..], &["results.json", "1/truth.tum", "1/viewpoint_dependent.tum"]].concat() {
         assert!(found.iter().any(|(name, _)| name == Path::new(expected)), "{expected} is missing");
     }
     found
@@ -104,7 +103,7 @@ fn two_runs_at_once_share_a_cache() {
     let mut child = second.spawn().expect("a run");
     scene.run().expect(0, &[]);
     assert_eq!(child.wait().expect("an end").code(), Some(0));
-    assert_eq!(results(&scene), files(&scene.path("other/small")));
+    assert_eq!(results(&scene), files(&scene.path("other/scenes/small")));
 }
 
 #[test]
@@ -121,5 +120,5 @@ fn a_scene_has_the_same_dataset_beside_another_of_its_world_in_the_cache() {
     let mut second = vantage_tests::bench();
     second.arg(alone.path("scene.yaml")).args(["--renderer", "reference", "--out"]).arg(first.path("out"));
     Finished::of(second.arg("--cache").arg(first.path("cache"))).expect(0, &[]);
-    assert_eq!(dataset(&alone, "out/renamed"), dataset(&first, "out/renamed"));
+    assert_eq!(dataset(&alone, "out/scenes/renamed"), dataset(&first, "out/scenes/renamed"));
 }

@@ -34,7 +34,10 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
     command.arg("--trajectories").arg(&mine).arg("--trajectories").arg(&lost);
     Finished::of(&mut command).expect(2, &["mine", "expected 0.tum"]);
     for seed in [0, 1] {
-        moved(&scene.path(&format!("out/small/{seed}/odometry.tum")), &mine.join(format!("{seed}.tum")));
+        moved(
+            &scene.path(&format!("out/scenes/small/{seed}/odometry.tum")),
+            &mine.join(format!("{seed}.tum")),
+        );
     }
     fs::copy(mine.join("1.tum"), mine.join("01.tum")).unwrap();
     let text = fs::read_to_string(mine.join("1.tum")).unwrap();
@@ -45,14 +48,16 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
     )
     .unwrap();
     Finished::of(&mut command).expect(
-        0,
+        4,
         &[
             "no seed that is run, 01.tum first",
             "2 of 2 runs of lost failed, that of seed 0 first: there is no",
+            "no run of lost succeeded",
+            "all else was written",
         ],
     );
 
-    let results = Results::read(&scene.path("out/small")).unwrap();
+    let results = Results::read(&scene.path("out/scenes/small")).unwrap();
     let table = results.tables.iter().find(|table| table.name() == "trajectory").unwrap();
     let runs = |method: &str| -> Vec<&Run> { table.runs().filter(|run| run.method == method).collect() };
     let pairs = runs("mine").into_iter().zip(runs("odometry"));
@@ -67,10 +72,10 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
     let told: Vec<String> = runs("lost").into_iter().map(|run| format!("{:?}", run.outcome)).collect();
     assert!(told[0].contains("there is no 0.tum") && told[1].contains("steps have a pose"), "{told:?}");
 
-    let read = |name: &str| fs::read_to_string(scene.path("out/small").join(name)).unwrap();
+    let read = |name: &str| fs::read_to_string(scene.path("out/scenes/small").join(name)).unwrap();
     assert_eq!(read("tables.md").matches("| mine ").count(), 2, "scores and differences");
     assert!(read("trajectory.svg").contains("mine") && !read("trajectory.svg").contains("lost"));
-    assert!(scene.path("out/small/0/mine.tum").exists());
+    assert!(scene.path("out/scenes/small/0/mine.tum").exists());
     let manifest: serde_json::Value = serde_json::from_str(&read("manifest.json")).unwrap();
     assert!(manifest["trajectories"]["mine"].as_str().is_some_and(|hash| hash.len() == 64));
 

@@ -143,18 +143,31 @@ pub enum StoreError {
     },
 }
 
+/// What has to change for a store to go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreErrorKind {
+    /// The choice of folder or options.
+    Choice,
+    /// Stored data, which are not what was written.
+    Stored,
+    /// The disk or the rights on it.
+    Unwritable,
+    /// The program that stores.
+    Bug,
+}
+
 impl StoreError {
-    /// The exit code a program should end with: 2 a wrong choice of folder or options, 5 stored data invalid, 6 cannot write, 70 a bug.
-    pub fn exit_code(&self) -> u8 {
+    /// What has to change for it to go.
+    pub fn kind(&self) -> StoreErrorKind {
         match self {
-            Self::Foreign { .. } | Self::OtherKind { .. } | Self::Differs { .. } => 2,
-            Self::Write { .. } => 6,
+            Self::Foreign { .. } | Self::OtherKind { .. } | Self::Differs { .. } => StoreErrorKind::Choice,
+            Self::Write { .. } => StoreErrorKind::Unwritable,
             Self::Read { .. }
             | Self::Unfinished { .. }
             | Self::Newer { .. }
             | Self::Damaged { .. }
-            | Self::Invalid { .. } => 5,
-            Self::Unfit { .. } | Self::Key { .. } => 70,
+            | Self::Invalid { .. } => StoreErrorKind::Stored,
+            Self::Unfit { .. } | Self::Key { .. } => StoreErrorKind::Bug,
         }
     }
 

@@ -32,7 +32,7 @@ mod tests;
 
 pub use cache::{Cache, Entry, Key, Origin};
 pub use episode::{read_episode, read_observations, read_truth, write_episode};
-pub use error::{Fault, StoreError};
+pub use error::{Fault, StoreError, StoreErrorKind};
 pub use file_record::FileRecord;
 pub use folder_lock::FolderLock;
 pub use hashed_file::{hash_and_sync, inside, make_folder, remove_if_there, sync_folder, verify_files};

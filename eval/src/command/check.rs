@@ -2,11 +2,12 @@
 
 use super::scene::line::{line, seeds};
 use crate::command::cli::CheckArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::gate::{Machine, comparable, compare};
 use crate::pipeline::Naming;
 use crate::result::grid::Style;
+use crate::result::kind::ResultKind;
 use crate::result::results_file::Results;
 use crate::scene_file::{self, SceneFile};
 use std::io::Write;
@@ -14,12 +15,12 @@ use std::io::Write;
 /// Compares, and prints what moved.
 pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let scene: SceneFile = scene_file::read(&args.scene)?;
-    let folder = args.baseline.join(&scene.name);
+    let folder = ResultKind::Scene.place(&args.baseline, &scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
     let fresh = line(&args.scene, &args.stages, Naming::Kind)?;
     let verdict = compare(&baseline, &fresh.results)?;
-    write!(stdout, "{}", verdict.report(Style::Terminal))?;
+    write!(stdout, "{}", verdict.report(Style::terminal()))?;
     let there = Machine::read(&folder);
     write!(stdout, "{}", Machine::of(&fresh.manifest).compared_with(there.as_ref()))?;
     Ok(if verdict.passed() { Exit::Success } else { Exit::Regression })

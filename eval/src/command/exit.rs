@@ -1,11 +1,21 @@
 //! How `bench` ends, and the exit code of each error.
 
-use crate::error::BenchError;
+use super::error::BenchError;
+use super::look::error::LookError;
+use super::scene::error::RunError;
+use super::validation::error::ValidationError;
+#[cfg(feature = "rerun")]
+use crate::figure::recording::RecordingError;
 use crate::gate::GateError;
+#[cfg(not(feature = "train"))]
+use crate::pipeline::ModelRefusal;
+use crate::pipeline::StageError;
+use crate::result::error::SaveError;
 use crate::result::results_file::ResultsError;
 use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
+use vantage_dataset::store::{StoreError, StoreErrorKind};
 use vantage_sim::error::SimError;
 use vantage_slam::EstimateError;
 
@@ -43,71 +53,106 @@ impl BenchError {
     /// The exit code this error ends with.
     pub fn exit(&self) -> Exit {
         match self {
-            BenchError::Scene(_) | BenchError::Source(_) | BenchError::Variant(_) => Exit::BadInput,
-            BenchError::Output(_) | BenchError::Stdout(_) => Exit::CannotWrite,
-            BenchError::Store(error) => match error.exit_code() {
-                2 => Exit::BadInput,
-                5 => Exit::StoredDataInvalid,
-                6 => Exit::CannotWrite,
-                _ => Exit::Bug,
-            },
-            BenchError::Sim(SimError::Render(_)) | BenchError::Render(_) => Exit::MissingCapability,
-            BenchError::Sim(SimError::NonFinite { .. }) => Exit::Bug,
-            BenchError::Import(_) => Exit::StoredDataInvalid,
-            BenchError::Sim(_)
-            | BenchError::NoObject { .. }
-            | BenchError::NoObjects { .. }
-            | BenchError::OneObject { .. }
-            | BenchError::Unsuitable { .. }
-            | BenchError::OtherData { .. }
-            | BenchError::NoPicture { .. }
-            | BenchError::NoFolder { .. }
-            | BenchError::ForViewSets { .. }
-            | BenchError::NoModel { .. }
-            | BenchError::Unnamed { .. }
-            | BenchError::Named { .. }
-            | BenchError::Entry(_)
-            | BenchError::Leak { .. }
-            | BenchError::NotViewing { .. }
-            | BenchError::ObjectiveNotViewing { .. }
-            | BenchError::NothingHeldOut { .. }
-            | BenchError::OtherResults { .. }
-            | BenchError::NotOurs { .. } => Exit::BadInput,
-            BenchError::Model(_)
-            | BenchError::Answer(_)
-            | BenchError::NotFinite { .. }
-            | BenchError::Refused(_)
-            | BenchError::StoredAnswers { .. } => Exit::StoredDataInvalid,
-            #[cfg(feature = "train")]
-            BenchError::Train(error) => training_exit(error),
-            #[cfg(not(feature = "train"))]
-            BenchError::CannotTrain => Exit::MissingCapability,
+            Self::Stage(error) => of_stage(error),
+            Self::Save(error) => of_save(error),
+            Self::Store(error) => of_store(error),
+            Self::Sim(error) => of_sim(error),
+            Self::Scene(_)
+            | Self::Source(_)
+            | Self::FullerResult(_)
+            | Self::Entry(_)
+            | Self::Variant(_)
+            | Self::Dataset(_)
+            | Self::ImportRefused(_)
+            | Self::Look(LookError::NoPicture { .. })
+            | Self::Validation(ValidationError::Undriven { .. })
+            | Self::NoFolder { .. }
+            | Self::NotOurs { .. }
+            | Self::Results(ResultsError::Missing { .. })
+            | Self::Gate(GateError::Scene { .. } | GateError::Seed { .. }) => Exit::BadInput,
+            Self::Render(_) => Exit::MissingCapability,
             #[cfg(not(feature = "gpu"))]
-            BenchError::NoGpuBuild => Exit::MissingCapability,
+            Self::NoGpuBuild => Exit::MissingCapability,
             #[cfg(not(feature = "rerun"))]
-            BenchError::CannotRecord => Exit::MissingCapability,
+            Self::Look(LookError::CannotRecord) => Exit::MissingCapability,
+            Self::Run(
+                RunError::NothingSeen { .. } | RunError::NothingAnswered { .. } | RunError::NothingOf { .. },
+            )
+            | Self::Validation(ValidationError::NothingSeen { .. })
+            | Self::Gate(GateError::Nothing) => Exit::NothingEvaluated,
+            Self::Import(_) | Self::Refused(_) | Self::Model(_) | Self::Answer(_) | Self::Results(_) => {
+                Exit::StoredDataInvalid
+            }
+            Self::Output(_) | Self::Stdout(_) => Exit::CannotWrite,
             #[cfg(feature = "rerun")]
-            BenchError::Recording { .. } => Exit::CannotWrite,
-            BenchError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
-            BenchError::NothingSeen { .. } | BenchError::NothingAnswered { .. } => Exit::NothingEvaluated,
-            BenchError::Results(ResultsError::Missing { .. }) => Exit::BadInput,
-            BenchError::Results(_) => Exit::StoredDataInvalid,
-            BenchError::Gate(GateError::Nothing) => Exit::NothingEvaluated,
-            BenchError::Gate(_) => Exit::BadInput,
-            BenchError::Estimate(_)
-            | BenchError::Pairs(_)
-            | BenchError::Trajectory(_)
-            | BenchError::Table(_)
-            | BenchError::Json(_)
-            | BenchError::Csv(_)
-            | BenchError::Figure(_)
-            | BenchError::Panicked { .. } => Exit::Bug,
+            Self::Recording(error) => match error {
+                RecordingError::Write { .. } => Exit::CannotWrite,
+                RecordingError::Sim(error) => of_sim(error),
+            },
+            Self::Run(RunError::Panicked { .. })
+            | Self::Pairs(_)
+            | Self::Trajectory(_)
+            | Self::Table(_)
+            | Self::Json(_)
+            | Self::Csv(_)
+            | Self::Figure(_) => Exit::Bug,
         }
     }
 }
 
+fn of_stage(error: &StageError) -> Exit {
+    match error {
+        StageError::Store(error) => of_store(error),
+        StageError::Sim(error) => of_sim(error),
+        #[cfg(feature = "train")]
+        StageError::Train(error) => of_training(error),
+        #[cfg(not(feature = "train"))]
+        StageError::Refused(ModelRefusal::CannotTrain) => Exit::MissingCapability,
+        StageError::Scene(_)
+        | StageError::Variant(_)
+        | StageError::Refused(_)
+        | StageError::NoViews { .. }
+        | StageError::NothingHeldOut { .. } => Exit::BadInput,
+        StageError::Render(_) => Exit::MissingCapability,
+        StageError::Model(_)
+        | StageError::Answer(_)
+        | StageError::StoredAnswers { .. }
+        | StageError::NotFinite { .. }
+        | StageError::Estimate(EstimateError::Model(_)) => Exit::StoredDataInvalid,
+        StageError::Output(_) => Exit::CannotWrite,
+        StageError::Estimate(_) | StageError::Pairs(_) | StageError::Table(_) | StageError::Json(_) => {
+            Exit::Bug
+        }
+    }
+}
+
+fn of_save(error: &SaveError) -> Exit {
+    match error {
+        SaveError::Store(error) => of_store(error),
+        SaveError::Output(_) => Exit::CannotWrite,
+        SaveError::Json(_) | SaveError::Csv(_) => Exit::Bug,
+    }
+}
+
+fn of_store(error: &StoreError) -> Exit {
+    match error.kind() {
+        StoreErrorKind::Choice => Exit::BadInput,
+        StoreErrorKind::Stored => Exit::StoredDataInvalid,
+        StoreErrorKind::Unwritable => Exit::CannotWrite,
+        StoreErrorKind::Bug => Exit::Bug,
+    }
+}
+
+fn of_sim(error: &SimError) -> Exit {
+    match error {
+        SimError::Render(_) => Exit::MissingCapability,
+        SimError::NonFinite { .. } => Exit::Bug,
+        _ => Exit::BadInput,
+    }
+}
+
 #[cfg(feature = "train")]
-fn training_exit(error: &vantage_learn::TrainError) -> Exit {
+fn of_training(error: &vantage_learn::TrainError) -> Exit {
     use vantage_learn::TrainError;
     match error {
         TrainError::Write { .. } => Exit::CannotWrite,
@@ -147,7 +192,6 @@ mod tests {
     use crate::result::table::TableError;
     use crate::scene_file::SceneFileError;
     use std::path::PathBuf;
-    use vantage_dataset::store::StoreError;
 
     #[test]
     fn errors_end_with_the_documented_codes() {

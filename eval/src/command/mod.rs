@@ -3,16 +3,19 @@
 mod check;
 pub mod cli;
 mod dataset;
+pub mod error;
 pub mod exit;
 mod figures;
 pub mod help;
 mod import;
+mod index;
 pub mod interrupt;
 mod list;
 mod look;
 mod models;
 mod needs;
 pub mod no_display;
+mod places;
 pub mod run;
 mod scene;
 mod shell;
@@ -21,11 +24,13 @@ pub mod source;
 mod study;
 #[cfg(feature = "train")]
 mod train;
+mod validation;
 
 pub use check::check;
 pub use dataset::dataset;
 pub use figures::figures;
 pub use import::import;
+pub use index::{INDEX, write_index};
 pub use list::list;
 pub use look::look;
 pub use models::models;
@@ -35,9 +40,10 @@ pub use shell::{completions, man};
 pub use study::study;
 #[cfg(feature = "train")]
 pub use train::train;
+pub use validation::{calibrate, headroom};
 
-use crate::error::BenchError;
 use crate::scene_file::misfit;
+use error::BenchError;
 use std::path::Path;
 use vantage_sim::error::SimError;
 

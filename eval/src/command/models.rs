@@ -1,9 +1,10 @@
 //! `bench models DIR...`: what model folders hold.
 
 use crate::command::cli::ModelsArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::result::grid::{Style, draw};
+use crate::result::statistics::quantile;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -33,7 +34,7 @@ pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         let rows = graphs.iter().map(|(&role, record)| row(&model, folder, role, record));
         let rows = rows.collect::<Result<_, BenchError>>()?;
         let head = ["Graph", "File", "KiB", "Call [ms]", "Inputs", "Outputs"].map(String::from);
-        writeln!(stdout, "\n{}\n", draw(Style::Terminal, &head, rows))?;
+        writeln!(stdout, "\n{}\n", draw(Style::terminal(), &head, rows))?;
     }
     if refusals.is_empty() { Ok(Exit::Success) } else { Err(BenchError::Refused(refusals)) }
 }
@@ -99,5 +100,5 @@ fn milliseconds(model: &Model, role: Role) -> Result<f64, BenchError> {
     }
     let timed = &mut times[TIMED..];
     timed.sort_by(f64::total_cmp);
-    Ok(timed[TIMED / 2])
+    Ok(quantile(timed, 0.5).unwrap_or(f64::NAN))
 }

@@ -3,18 +3,23 @@
 use super::cli::{Cli, Command};
 use super::exit::Exit;
 use super::source;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
+use crate::progress::Loudness;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;
 
 /// Runs a command; what it is asked to print goes to `stdout`.
 pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    Loudness::from(cli.loudness).apply();
     source::find(&mut cli)?;
     match &cli.command {
         None => super::bench(&cli.run, stdout),
+        Some(Command::Calibrate(args)) => super::calibrate(args, stdout),
         Some(Command::Check(args)) => super::check(args, stdout),
         Some(Command::Dataset(args)) => super::dataset(args, stdout),
         Some(Command::Figures(args)) => super::figures(args, stdout),
+        Some(Command::Headroom(args)) => super::headroom(args, stdout),
+        Some(Command::Index(args)) => super::write_index(args, stdout),
         Some(Command::Import(args)) => super::import(args, stdout),
         Some(Command::List) => super::list(stdout),
         Some(Command::Look(args)) => super::look(args, stdout),

@@ -2,7 +2,7 @@
 
 use super::cli::{Cli, CompletionsArgs, ManArgs};
 use super::exit::Exit;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use clap::CommandFactory;
 use std::io::Write;
 

@@ -1,7 +1,7 @@
 //! The scene or the study that a command is given: a file, or the name of one that comes with the program.
 
 use super::cli::Cli;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::scene_file::FileKind;
 use crate::supplied;
 use clap::CommandFactory;
@@ -14,7 +14,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum SourceError {
     /// A word that is neither a command nor a scene.
-    #[error("there is no command and no scene `{word}`{}: `bench --help` lists the commands, `bench list` the scenes", meant.hint())]
+    #[error("there is no command and no scene `{word}`{} (`bench --help` lists the commands, `bench list` the scenes)", meant.hint())]
     NoCommand {
         /// The word.
         word: String,
@@ -22,7 +22,7 @@ pub enum SourceError {
         meant: Meant,
     },
     /// A name that nothing has.
-    #[error("there is no {kind} `{name}`{}: `bench list` names those that come with the program", meant.hint())]
+    #[error("there is no {kind} `{name}`{} (`bench list` names those that come with the program)", meant.hint())]
     NoName {
         /// What was looked for.
         kind: FileKind,
@@ -220,7 +220,7 @@ mod tests {
         );
         assert!(told(Path::new("tabeltop"), FileKind::Scene, true).contains("did you mean `tabletop`?"));
         let far = told(Path::new("zzzzzzzz"), FileKind::Scene, true);
-        assert!(far.contains("`zzzzzzzz`: `bench --help`") && !far.contains("did you mean"), "{far}");
+        assert!(far.contains("`zzzzzzzz` (`bench --help`") && !far.contains("did you mean"), "{far}");
         assert!(
             told(Path::new("model"), FileKind::Study, false)
                 .contains("no study `model`; did you mean `models`?")

@@ -2,8 +2,9 @@
 
 use super::figures::latents;
 use crate::command::cli::StudyArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
+use crate::command::places::places;
 use crate::pipeline::{Pipeline, VariantModels, finished_model, study_views, variant_models, variant_scores};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -13,7 +14,7 @@ use crate::result::manifest::{Manifest, Renderer};
 use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
-use crate::result::results_file::Results;
+use crate::result::results_file::{FILE_NAME, Results};
 use crate::result::table::{Outcome, Run, Table};
 use crate::result::table_text;
 use crate::scene_file;
@@ -34,7 +35,6 @@ const TRUNKS: &str = "trunks";
 pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
-    ResultFolder::check(&out, &study.name, ResultKind::Study)?;
     let beside = args.study.parent().unwrap_or(Path::new(""));
     let scene = beside.join(&study.scene);
     let pipeline = Pipeline::open(&scene, &args.cache, args.renderer.into())?;
@@ -62,7 +62,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             return Err(located(variant.refused(reason.to_owned())).into());
         }
     }
-    let hash = scene_file::hash(&(&study, &pipeline.scene_hash))?;
+    let hash = study.hash(&pipeline.scene_hash)?;
     let mut manifest = Manifest::new(&hash, &seeds);
     manifest.renderer = Renderer::from(&pipeline.renderer_info);
     manifest.options = serde_json::to_value(args)?;
@@ -140,8 +140,11 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &progress)?;
     let written = format!("written to {}", folder.path().display());
     folder.write("variants.md", notes.as_bytes())?;
+    let place = folder.path().to_owned();
+    let mut pictures = Vec::new();
     if let Some((_, png)) = map {
         folder.write(latents::LATENTS, &png)?;
+        pictures.push(latents::LATENTS);
     }
     let scored =
         tables.iter().flat_map(Table::runs).any(|run| run.outcome == Outcome::Done && !run.scores.is_empty());
@@ -149,8 +152,15 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     report::write(folder, &results, &manifest)?;
     progress.note(&written);
     for table in results.tables.iter().filter(|table| table.name() == OF_LATENTS.name) {
-        writeln!(stdout, "{}", table_text::tables(table, Style::Terminal))?;
+        writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
     }
+    let kinds = [
+        ("tables", vec![report::TABLES]),
+        ("variants", vec!["variants.md"]),
+        ("raw scores", vec![FILE_NAME]),
+        ("pictures", pictures),
+    ];
+    write!(stdout, "{}", places(&place, kinds))?;
     Ok(if scored { Exit::Success } else { Exit::NothingEvaluated })
 }
 

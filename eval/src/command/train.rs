@@ -1,8 +1,8 @@
 //! `bench train SCENE --out DIR`: the scene's model, trained from scratch.
 
 use crate::command::cli::TrainArgs;
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::pipeline::{Pipeline, train as train_into, train_on};
 use crate::result::output_folder::OutputFolder;
 use std::io::Write;

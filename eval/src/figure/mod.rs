@@ -2,10 +2,10 @@
 
 pub mod calibration;
 pub mod canvas;
-pub mod contact_sheet;
 pub mod crop_table;
 pub mod embedding_map;
 mod error;
+pub mod gains;
 mod key;
 pub mod likelihood;
 pub mod palette;

@@ -10,8 +10,6 @@
 //! world/robot/camera/image                what it sees; below it detections and sighted landmarks
 //! ```
 
-use crate::error::BenchError;
-use crate::result::output_folder::OutputError;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use rerun::archetypes::{
@@ -22,9 +20,13 @@ use rerun::components::{ClassId, MediaType, MeshFaceRendering};
 use rerun::datatypes::Quaternion;
 use rerun::{RecordingStream, RecordingStreamBuilder};
 use std::error::Error;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use thiserror::Error;
+use vantage_dataset::store::rename_durably;
 use vantage_dataset::{Camera, Pose};
 use vantage_sim::checked::CheckedScene;
+use vantage_sim::error::SimError;
 use vantage_sim::observer::{Look, Observer};
 use vantage_sim::render::{NO_OBJECT, Placement, Renderer};
 use vantage_sim::rollout::Rollout;
@@ -36,6 +38,22 @@ const LINE: f32 = 0.01;
 
 type Logged = Result<(), Box<dyn Error + Send + Sync>>;
 
+/// Why an episode is not recorded.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    /// The file could not be written.
+    #[error("cannot write {}: {source}; choose another file with --rerun, or make room", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What Rerun or the system said.
+        source: Box<dyn Error + Send + Sync>,
+    },
+    /// See [`SimError`].
+    #[error(transparent)]
+    Sim(#[from] SimError),
+}
+
 /// Writes all of a rollout to a file, which appears when it is whole; its folder has to be there.
 pub fn record(
     name: &str,
@@ -43,12 +61,12 @@ pub fn record(
     rollout: &Rollout,
     renderer: &mut dyn Renderer,
     path: &Path,
-) -> Result<(), BenchError> {
+) -> Result<(), RecordingError> {
     let mut partial = path.as_os_str().to_owned();
     partial.push(".tmp");
     let partial = PathBuf::from(partial);
     let cannot =
-        |source: Box<dyn Error + Send + Sync>| BenchError::Recording { path: path.to_owned(), source };
+        |source: Box<dyn Error + Send + Sync>| RecordingError::Write { path: path.to_owned(), source };
     let title = format!("{name}, seed {}", rollout.seed.0);
     let recording = RecordingStreamBuilder::new("vantage")
         .recording_id(title.as_str())
@@ -68,7 +86,8 @@ pub fn record(
     }
     recording.flush_blocking().map_err(|error| cannot(error.into()))?;
     drop(recording);
-    Ok(std::fs::rename(&partial, path).map_err(|source| OutputError { path: path.to_owned(), source })?)
+    let synced = File::open(&partial).and_then(|file| file.sync_all());
+    synced.and_then(|()| rename_durably(&partial, path)).map_err(|error| cannot(error.into()))
 }
 
 /// What does not change.

@@ -2,13 +2,24 @@
 
 use super::FigureError;
 use super::palette::color;
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use vantage_dataset::Pose;
 
 const FIGURE: &str = "trajectory";
-const SIDE: u32 = 800;
-/// Pixels that legend, labels and margins take from the plot.
-const FRAME: u32 = 70;
+/// Largest plot, pixels.
+const LARGEST: (f64, f64) = (820.0, 760.0);
+/// Smallest plot, pixels.
+const SMALLEST: (f64, f64) = (520.0, 160.0);
+/// Pixels that the labels of the axes take.
+const LABELS: (u32, u32) = (60, 45);
+const MARGIN: u32 = 15;
+/// Height of a line of the title and of the key, pixels.
+const LINE: i32 = 22;
+/// Width of a letter of the key, pixels.
+const LETTER: i32 = 8;
+
+type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// What the figure shows, all in the true world frame.
 #[derive(Clone, Debug, Default)]
@@ -19,17 +30,15 @@ pub struct TopView<'a> {
     pub truth: &'a [Pose],
     /// Estimated robot poses by method, aligned as the scores align them.
     pub estimates: &'a [(&'a str, Vec<Pose>)],
-    /// The method whose path is dashed, because it may lie on another's.
-    pub dashed: &'a str,
     /// True objects: name, x and y of the centre, radius, metres.
     pub objects: &'a [(&'a str, [f64; 2], f64)],
 }
 
-/// Draws the figure; metres, x to the right and y up, at equal scale.
+/// Draws the figure; metres, x to the right and y up, at equal scale, with a point where the robot starts and crosses where paths end.
 pub fn trajectory_svg(view: &TopView<'_>) -> Result<String, FigureError> {
-    let bounds = bounds(view)?;
+    let frame = Frame::around(view)?;
     let mut svg = String::new();
-    draw(view, bounds, &mut svg)
+    draw(view, &frame, &mut svg)
         .map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
     Ok(svg)
 }
@@ -38,78 +47,139 @@ fn xy(pose: &Pose) -> (f64, f64) {
     (pose.translation.x, pose.translation.y)
 }
 
-/// The square that holds everything: x from, x to, y from, y to.
-fn bounds(view: &TopView<'_>) -> Result<[f64; 4], FigureError> {
-    let truth = view.truth.iter().map(|pose| ("truth", xy(pose)));
-    let estimates =
-        view.estimates.iter().flat_map(|(name, poses)| poses.iter().map(|pose| (*name, xy(pose))));
-    let objects = view.objects.iter().flat_map(|(name, [x, y], radius)| {
-        [(*name, (x - radius, y - radius)), (*name, (x + radius, y + radius))]
-    });
-    let mut limits: Option<[f64; 4]> = None;
-    for (name, (x, y)) in truth.chain(estimates).chain(objects) {
-        if !(x.is_finite() && y.is_finite()) {
-            return Err(FigureError::NotFinite { figure: FIGURE, of: name.to_owned() });
-        }
-        let [x0, x1, y0, y1] = limits.unwrap_or([x, x, y, y]);
-        limits = Some([x0.min(x), x1.max(x), y0.min(y), y1.max(y)]);
-    }
-    let [x0, x1, y0, y1] = limits.ok_or(FigureError::Empty { figure: FIGURE })?;
-    let half = ((x1 - x0).max(y1 - y0) * 0.55).max(0.1);
-    let (x, y) = ((x0 + x1) / 2.0, (y0 + y1) / 2.0);
-    Ok([x - half, x + half, y - half, y + half])
+/// What the plot shows of the world, and how large.
+struct Frame {
+    /// Pixels a metre.
+    scale: f64,
+    /// Pixels.
+    size: (f64, f64),
+    middle: (f64, f64),
 }
 
-fn draw(
-    view: &TopView<'_>,
-    [x0, x1, y0, y1]: [f64; 4],
-    svg: &mut String,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let area = SVGBackend::with_string(svg, (SIDE, SIDE)).into_drawing_area();
+impl Frame {
+    /// As large as the plot may be with all in it.
+    fn around(view: &TopView<'_>) -> Result<Self, FigureError> {
+        let truth = view.truth.iter().map(|pose| ("truth", xy(pose)));
+        let estimates =
+            view.estimates.iter().flat_map(|(name, poses)| poses.iter().map(|pose| (*name, xy(pose))));
+        let objects = view.objects.iter().flat_map(|(name, [x, y], radius)| {
+            [(*name, (x - radius, y - radius)), (*name, (x + radius, y + radius))]
+        });
+        let mut limits: Option<[f64; 4]> = None;
+        for (name, (x, y)) in truth.chain(estimates).chain(objects) {
+            if !(x.is_finite() && y.is_finite()) {
+                return Err(FigureError::NotFinite { figure: FIGURE, of: name.to_owned() });
+            }
+            let [x0, x1, y0, y1] = limits.unwrap_or([x, x, y, y]);
+            limits = Some([x0.min(x), x1.max(x), y0.min(y), y1.max(y)]);
+        }
+        let [x0, x1, y0, y1] = limits.ok_or(FigureError::Empty { figure: FIGURE })?;
+        let (width, height) = ((1.1 * (x1 - x0)).max(0.2), (1.1 * (y1 - y0)).max(0.2));
+        let scale = (LARGEST.0 / width).min(LARGEST.1 / height);
+        let size = ((scale * width).max(SMALLEST.0), (scale * height).max(SMALLEST.1));
+        Ok(Self { scale, size, middle: ((x0 + x1) / 2.0, (y0 + y1) / 2.0) })
+    }
+
+    /// From and to, metres.
+    fn range(&self, middle: f64, size: f64) -> std::ops::Range<f64> {
+        let half = size / self.scale / 2.0;
+        middle - half..middle + half
+    }
+}
+
+fn draw(view: &TopView<'_>, frame: &Frame, svg: &mut String) -> Drawn {
+    let width = frame.size.0 as u32 + LABELS.0 + MARGIN;
+    let names: Vec<&str> = view.estimates.iter().map(|(name, _)| *name).collect();
+    let key = places(&names, width as i32);
+    let head = key.last().map_or(0, |(_, (_, y))| *y) + LINE;
+    let height = head as u32 + frame.size.1 as u32 + LABELS.1;
+    let area = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
     area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&area)
-        .caption(view.title, ("sans-serif", 18))
-        .margin(10)
-        .x_label_area_size(FRAME / 2)
-        .y_label_area_size(FRAME)
-        .build_cartesian_2d(x0..x1, y0..y1)?;
+    let (above, below) = area.split_vertically(head);
+    above.draw(&Text::new(view.title.to_owned(), (MARGIN as i32, 8), ("sans-serif", 18)))?;
+    draw_key(&above, &key)?;
+    let mut chart = ChartBuilder::on(&below)
+        .margin_right(MARGIN)
+        .x_label_area_size(LABELS.1)
+        .y_label_area_size(LABELS.0)
+        .build_cartesian_2d(
+            frame.range(frame.middle.0, frame.size.0),
+            frame.range(frame.middle.1, frame.size.1),
+        )?;
     chart.configure_mesh().x_desc("x [m]").y_desc("y [m]").max_light_lines(1).draw()?;
     let gray = RGBColor(120, 120, 120);
     for (name, [x, y], radius) in view.objects {
-        let outline = (0..=32).map(|i| {
-            let angle = f64::from(i) / 32.0 * 2.0 * std::f64::consts::PI;
-            (x + radius * libm::cos(angle), y + radius * libm::sin(angle))
-        });
-        chart.draw_series(std::iter::once(PathElement::new(outline.collect::<Vec<_>>(), gray)))?;
-        chart.draw_series(std::iter::once(Text::new(
-            (*name).to_owned(),
-            (x + radius, y + radius),
-            ("sans-serif", 12).into_font().color(&gray),
-        )))?;
+        let pixels = (radius * frame.scale).round().max(1.0) as i32;
+        chart.draw_series([Circle::new((*x, *y), pixels, gray)])?;
+        let style = ("sans-serif", 12).into_font().color(&gray);
+        chart.draw_series([Text::new((*name).to_owned(), (x + radius, y + radius), style)])?;
     }
-    for (index, (name, poses)) in view.estimates.iter().enumerate() {
+    let truth = || view.truth.iter().map(xy);
+    chart.draw_series(LineSeries::new(truth(), truth_style()))?;
+    chart.draw_series(truth().take(1).map(|start| Circle::new(start, 5, BLACK.filled())))?;
+    for (index, (_, poses)) in view.estimates.iter().enumerate() {
         let style = color(index).stroke_width(2);
-        let path = poses.iter().map(xy);
-        let drawn = if *name == view.dashed {
-            chart.draw_series(DashedLineSeries::new(path, 8, 8, style))?
-        } else {
-            chart.draw_series(LineSeries::new(path, style))?
-        };
-        drawn.label(*name).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+        chart.draw_series(LineSeries::new(poses.iter().map(xy), style))?;
+        chart.draw_series(poses.last().map(|end| Cross::new(xy(end), 5, style)))?;
     }
-    if !view.truth.is_empty() {
-        chart
-            .draw_series(LineSeries::new(view.truth.iter().map(xy), BLACK.stroke_width(2)))?
-            .label("truth")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], BLACK.stroke_width(2)));
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE.mix(0.8))
-            .border_style(gray)
-            .draw()?;
-    }
+    chart.draw_series(truth().next_back().map(|end| Cross::new(end, 5, BLACK.stroke_width(2))))?;
     area.present()?;
+    Ok(())
+}
+
+/// Broad and pale: what lies on it is seen.
+fn truth_style() -> ShapeStyle {
+    BLACK.mix(0.3).stroke_width(6)
+}
+
+/// A word of the key.
+enum Word<'a> {
+    Truth,
+    Start,
+    End,
+    Estimate(usize, &'a str),
+}
+
+impl Word<'_> {
+    fn text(&self) -> &str {
+        match self {
+            Self::Truth => "truth",
+            Self::Start => "start",
+            Self::End => "end",
+            Self::Estimate(_, name) => name,
+        }
+    }
+}
+
+/// Where each word of the key stands below the title, in as many lines as they need.
+fn places<'a>(names: &[&'a str], width: i32) -> Vec<(Word<'a>, (i32, i32))> {
+    let estimates = names.iter().enumerate().map(|(index, name)| Word::Estimate(index, name));
+    let (mut x, mut y) = (MARGIN as i32, 8 + LINE);
+    let mut placed = Vec::new();
+    for word in [Word::Truth].into_iter().chain(estimates).chain([Word::Start, Word::End]) {
+        let taken = 40 + LETTER * word.text().chars().count() as i32;
+        if x + taken > width && x > MARGIN as i32 {
+            (x, y) = (MARGIN as i32, y + LINE);
+        }
+        placed.push((word, (x, y)));
+        x += taken;
+    }
+    placed
+}
+
+fn draw_key(area: &DrawingArea<SVGBackend<'_>, Shift>, key: &[(Word<'_>, (i32, i32))]) -> Drawn {
+    for (word, (x, y)) in key {
+        let (left, middle, right) = ((*x, y + 8), (x + 10, y + 8), (x + 20, y + 8));
+        match word {
+            Word::Truth => area.draw(&PathElement::new([left, right], truth_style()))?,
+            Word::Start => area.draw(&Circle::new(middle, 5, BLACK.filled()))?,
+            Word::End => area.draw(&Cross::new(middle, 5, BLACK.stroke_width(2)))?,
+            Word::Estimate(index, _) => {
+                area.draw(&PathElement::new([left, right], color(*index).stroke_width(2)))?;
+            }
+        }
+        area.draw(&Text::new(word.text().to_owned(), (x + 26, *y), ("sans-serif", 14)))?;
+    }
     Ok(())
 }
 
@@ -121,24 +191,55 @@ mod tests {
         (0..20).map(|i| Pose::translation(scale * f64::from(i), f64::from(i % 3), 0.0)).collect()
     }
 
+    fn size(svg: &str) -> (f64, f64) {
+        let number = |name: &str| {
+            let start = svg.find(name).unwrap() + name.len();
+            svg[start..].split('"').next().unwrap().parse().unwrap()
+        };
+        (number("<svg width=\""), number(" height=\""))
+    }
+
     #[test]
     fn every_path_object_and_name_is_drawn_and_escaped() {
         let truth = path(1.0);
         let estimates = [("odometry", path(1.2)), ("a<b", path(0.9))];
         let objects = [("mug & bowl", [1.0, 1.0], 0.3)];
-        let (title, dashed) = ("tabletop", "a<b");
-        let view = TopView { title, truth: &truth, estimates: &estimates, dashed, objects: &objects };
+        let view = TopView { title: "tabletop", truth: &truth, estimates: &estimates, objects: &objects };
         let svg = trajectory_svg(&view).unwrap();
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
-        for text in ["tabletop", "odometry", "a&lt;b", "mug &amp; bowl", "truth", "x [m]"] {
+        for text in ["tabletop", "odometry", "a&lt;b", "mug &amp; bowl", "truth", "start", "end", "x [m]"] {
             assert!(svg.contains(text), "{text} is missing");
         }
         let long_lines = svg.lines().filter(|l| l.starts_with("<polyline") && l.matches(',').count() == 20);
-        assert_eq!(long_lines.count(), 2, "odometry and truth; the other estimate is dashed");
-        let lines = |svg: &str| svg.lines().filter(|line| line.starts_with("<polyline")).count();
-        let solid = trajectory_svg(&TopView { dashed: "", ..view.clone() }).unwrap();
-        assert!(lines(&svg) > lines(&solid) + 10, "{} {}", lines(&svg), lines(&solid));
+        assert_eq!(long_lines.count(), 3, "odometry, the other estimate and truth");
+        // The object, and the start in the plot and in the key.
+        assert_eq!(svg.matches("<circle").count(), 3, "{svg}");
         assert_eq!(svg, trajectory_svg(&view).unwrap());
+    }
+
+    #[test]
+    fn the_picture_has_the_shape_of_what_it_shows() {
+        let along = |x: f64, y: f64| -> Vec<Pose> {
+            (0..9).map(|i| Pose::translation(x * f64::from(i), y * f64::from(i), 0.0)).collect()
+        };
+        let of =
+            |path: &[Pose]| size(&trajectory_svg(&TopView { truth: path, ..TopView::default() }).unwrap());
+        let (straight, steep, square) = (of(&along(3.0, 0.01)), of(&along(0.01, 3.0)), of(&along(1.0, 1.0)));
+        assert!(straight.0 > 3.0 * straight.1, "{straight:?}");
+        assert!(steep.1 > 1.3 * steep.0, "{steep:?}");
+        assert!((0.8..1.25).contains(&(square.0 / square.1)), "{square:?}");
+    }
+
+    #[test]
+    fn a_key_that_is_too_long_goes_on_in_the_next_line() {
+        let lines = |names: &[&str]| places(names, 400).iter().map(|(_, (_, y))| *y).max();
+        let name = "a_long_name_of_an_estimator";
+        assert!(lines(&[name; 3]) > lines(&[name]));
+        assert!(
+            places(&[name; 3], 400)
+                .iter()
+                .all(|(word, (x, _))| { x + 26 + LETTER * word.text().chars().count() as i32 <= 400 })
+        );
     }
 
     #[test]

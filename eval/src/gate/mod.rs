@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use crate::result::grid::Style;
     use crate::result::metric::Metric;
-    use crate::result::table::tests::{METHODS, runs, table};
+    use crate::result::table::tests::{METHODS, run, runs, table};
     use crate::result::table::{Outcome, Run};
 
     fn results(runs: Vec<Run>) -> Results {
@@ -105,7 +105,7 @@ mod tests {
         assert!(verdict.passed());
         assert_eq!(verdict.comparisons.len(), 3 * 2);
         assert_eq!(
-            verdict.report(Style::Terminal),
+            verdict.report(Style::Terminal(120)),
             "of the means over seeds 0 regressed, 0 improved, 0 moved either way, 0 new, 6 within tolerance\n\
              All 24 scores of single seeds that both have are those of the baseline to the last bit.\n"
         );
@@ -128,9 +128,29 @@ mod tests {
     fn what_another_processor_does_passes_and_is_told() {
         let within = verdict(&shifted([0.0009, -0.0004, 0.0002, 0.0]));
         assert!(within.passed(), "{:?}", moved(&within));
-        let report = within.report(Style::Terminal);
+        let report = within.report(Style::Terminal(120));
         assert!(report.contains("3 of 24 scores of single seeds differ"), "{report}");
         assert!(report.contains("seed 0"), "the largest difference is there: {report}");
+    }
+
+    #[test]
+    fn a_score_of_few_views_may_move_as_much_farther_as_it_is_less_sure() {
+        let azimuths = [Metric::ViewpointMedian, Metric::ViewpointByImage];
+        let off = |degrees: f64| {
+            let score = |seed: u64| 0.1 + degrees.to_radians() + 0.01 * seed as f64;
+            let runs = (0..4).map(|seed| run("mine", seed, &azimuths.map(|metric| (metric, score(seed)))));
+            let seeds: Vec<Seed> = (0..4).map(Seed).collect();
+            let table = Table::new("decoder", &["mine"], None, &azimuths, &seeds, runs.collect()).unwrap();
+            Results::new("tabletop", "abc", vec![table])
+        };
+        let moved = |degrees: f64| -> Vec<Metric> {
+            let verdict = compare(&off(0.0), &off(degrees)).unwrap();
+            let moved = verdict.comparisons.iter().filter(|c| c.movement != Movement::Still);
+            moved.map(|c| c.metric).collect()
+        };
+        assert_eq!(moved(0.05), []);
+        assert_eq!(moved(0.14), [Metric::ViewpointMedian]);
+        assert_eq!(moved(0.45), azimuths);
     }
 
     #[test]
@@ -166,10 +186,13 @@ mod tests {
         let (less, all) = (only(&METHODS[..2]), only(&METHODS));
         let other = compare(&less, &only(&METHODS[2..])).unwrap();
         assert_eq!((other.count(Movement::Regressed), other.count(Movement::New)), (4, 2));
-        assert!(other.report(Style::Terminal).contains("No score of a single seed is in both"));
+        assert!(other.report(Style::Terminal(120)).contains("No score of a single seed is in both"));
         let lacking = compare(&all, &less).unwrap();
         assert_eq!(lacking.count(Movement::Regressed), 2);
-        assert_eq!(lacking.report(Style::Terminal).matches("REGRESSED: no run has it any more").count(), 2);
+        assert_eq!(
+            lacking.report(Style::Terminal(250)).matches("REGRESSED: no run has it any more").count(),
+            2
+        );
         assert_eq!(compare(&less, &all).unwrap().count(Movement::New), 2);
         let empty = Results::new("tabletop", "abc", vec![]);
         assert_eq!(compare(&all, &empty).unwrap().count(Movement::Regressed), 6);
@@ -195,7 +218,7 @@ mod tests {
     fn fewer_seeds_are_compared_with_theirs_alone() {
         let two = [Seed(1), Seed(3)];
         let equal = verdict(&on(&results(runs()), &two));
-        assert!(equal.passed() && equal.report(Style::Terminal).contains("All 12 scores"));
+        assert!(equal.passed() && equal.report(Style::Terminal(120)).contains("All 12 scores"));
         let astray = on(&shifted([9.0, 0.0, 9.0, 0.0]), &two);
         assert!(verdict(&astray).passed(), "seeds 0 and 2 are not compared");
         let shifted = on(&shifted([0.0, 0.006, 0.0, 0.006]), &two);

@@ -1,9 +1,11 @@
 //! The source code behind each stage, by its hash with that of the manifests, `Cargo.lock` and the compiler: part of every key of the cache, so that a
-//! change of code is never answered with what older code made.
+//! change of code is never answered with what older code made. Comments, documentation and tests do not count.
 
 /// What simulates and renders.
 pub const SIMULATED: &str = env!("VANTAGE_CODE_SIMULATED");
 /// What simulates, renders and trains.
 pub const TRAINED: &str = env!("VANTAGE_CODE_TRAINED");
-/// What runs models, estimates and scores.
-pub const ANSWERED: &str = env!("VANTAGE_CODE_ANSWERED");
+/// What runs models and estimates.
+pub const ESTIMATED: &str = env!("VANTAGE_CODE_ESTIMATED");
+/// What runs models and scores them.
+pub const SCORED: &str = env!("VANTAGE_CODE_SCORED");

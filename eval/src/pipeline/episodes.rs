@@ -1,7 +1,6 @@
 //! Stage `episode`: what a robot observes under each seed.
 
-use super::{Pipeline, code};
-use crate::error::BenchError;
+use super::{Pipeline, StageError, code};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -48,14 +47,14 @@ pub type SeedEpisode = (Seed, Result<EpisodeFolder, String>);
 ///
 /// A world that does not stand (an object that will not settle, say) is the answer for its seed and stays in every
 /// denominator; only where no seed has a world at all is it an error.
-pub fn episodes(pipeline: &Pipeline, seeds: &[Seed], split: Split) -> Result<Vec<SeedEpisode>, BenchError> {
+pub fn episodes(pipeline: &Pipeline, seeds: &[Seed], split: Split) -> Result<Vec<SeedEpisode>, StageError> {
     let stage = pipeline.progress.stage("episodes", seeds.len() as u64);
     let mut made = Vec::with_capacity(seeds.len());
     let mut failure = None;
     for &seed in seeds {
         let episode = match episode(pipeline, seed, split) {
             Ok(episode) => Ok(episode),
-            Err(BenchError::Sim(error)) if concerns_one_seed(&error) => {
+            Err(StageError::Sim(error)) if concerns_one_seed(&error) => {
                 let reason = error.to_string();
                 failure = Some(error);
                 Err(reason)
@@ -71,7 +70,7 @@ pub fn episodes(pipeline: &Pipeline, seeds: &[Seed], split: Split) -> Result<Vec
     }
 }
 
-fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolder, BenchError> {
+fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolder, StageError> {
     let scene = &pipeline.scene;
     let inputs = Inputs {
         code: code::SIMULATED,
@@ -85,7 +84,7 @@ fn episode(pipeline: &Pipeline, seed: Seed, split: Split) -> Result<EpisodeFolde
         split,
         renderer: &pipeline.renderer_info,
     };
-    let entry = pipeline.stored(&Key::new("episode", &inputs)?, |folder| {
+    let entry = pipeline.cache.entry(&Key::new("episode", &inputs)?, |folder| {
         let mut renderer = pipeline.renderer.borrow_mut();
         let episode = simulate(scene, seed, split, renderer.as_mut(), &mut |_| {})?;
         let provenance = BTreeMap::from([

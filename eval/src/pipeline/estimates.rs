@@ -1,9 +1,7 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
-use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, code};
-use crate::error::BenchError;
-use crate::progress::Progress;
-use crate::result::output_folder::OutputError;
+use super::stage_cache::StageCache;
+use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
 use crate::result::table::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::Row;
@@ -13,7 +11,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use vantage_dataset::store::{Cache, Key, read_observations};
+use vantage_dataset::store::{Key, read_observations};
 use vantage_dataset::{Observations, Pose, Seed};
 use vantage_slam::{Estimate, EstimateError, ObjectEstimate as EstimatedObject, Outcome as Ending};
 
@@ -143,17 +141,17 @@ pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     methods: &[Method<'_>],
-) -> Result<Vec<SeedAnswers>, BenchError> {
+) -> Result<Vec<SeedAnswers>, StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
-    let (cache, note) = (&pipeline.cache, &pipeline.progress);
+    let cache = &pipeline.cache;
     let on_seed = |(seed, episode): &SeedEpisode| {
         let answers = match episode {
             Err(reason) => methods.iter().map(|_| Answer::failed(reason.clone())).collect(),
             Ok(episode) => {
                 // Read where the cache lacks an answer.
                 let observations = OnceCell::new();
-                let stored = |method| answered(cache, note, episode, &observations, method, spec);
+                let stored = |method| answered(cache, episode, &observations, method, spec);
                 methods.iter().map(stored).collect::<Result<_, _>>()?
             }
         };
@@ -165,17 +163,16 @@ pub fn estimates(
 
 /// The answer of a method on an episode, from the cache where that has it.
 fn answered(
-    cache: &Cache,
-    progress: &Progress,
+    cache: &StageCache,
     episode: &EpisodeFolder,
     observations: &OnceCell<Observations>,
     method: &Method<'_>,
     spec: &EstimatorSpec,
-) -> Result<Answer, BenchError> {
+) -> Result<Answer, StageError> {
     let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
-    let (code, model) = (code::ANSWERED, method.model.model.hash());
+    let (code, model) = (code::ESTIMATED, method.model.model.hash());
     let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, spec: of_row })?;
-    let entry = super::stored(cache, progress, &key, |work| {
+    cache.json(&key, FILE, || {
         let observations = match observations.get() {
             Some(observations) => observations,
             None => {
@@ -183,15 +180,8 @@ fn answered(
                 observations.get_or_init(|| read)
             }
         };
-        let json = serde_json::to_vec(&answer(observations, method, spec)?)?;
-        let path = work.join(FILE);
-        std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
-        Ok(())
-    })?;
-    let path = entry.folder.join(FILE);
-    let invalid = |reason: String| BenchError::StoredAnswers { path: path.clone(), reason };
-    let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
-    serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))
+        answer(observations, method, spec)
+    })
 }
 
 /// What a row that panicked says.
@@ -202,7 +192,7 @@ fn answer(
     observations: &Observations,
     method: &Method<'_>,
     spec: &EstimatorSpec,
-) -> Result<Answer, BenchError> {
+) -> Result<Answer, StageError> {
     let estimator = method.row.estimator(&spec.settings(), method.model.viewing());
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => Ok(Answer::new(estimate)),

@@ -1,13 +1,12 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
-use super::{Pipeline, VIEW_CONDITIONS};
-use crate::error::BenchError;
-use crate::result::row_name::{folder_name, kind_name, reserved_names};
+use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
 use crate::scene_file;
+use crate::scene_file::row_name::{folder_name, kind_name, reserved_names};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::{InstanceId, ViewSet};
-use vantage_learn::{Kind, Model, Role, Viewing};
+use vantage_learn::{Kind, MANIFEST, Model, Role, Viewing};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -26,12 +25,12 @@ impl LoadedModel {
     }
 
     /// Refuses to score instances that the model has seen.
-    pub fn check_unseen(&self, scored: impl IntoIterator<Item = InstanceId>) -> Result<(), BenchError> {
+    pub fn check_unseen(&self, scored: impl IntoIterator<Item = InstanceId>) -> Result<(), StageError> {
         check_unseen(self.model.training_instances(), &self.folder, scored)
     }
 
     /// Likewise, all instances of a view set.
-    pub fn check_set(&self, set: &ViewSet) -> Result<(), BenchError> {
+    pub fn check_set(&self, set: &ViewSet) -> Result<(), StageError> {
         self.check_unseen(set.instances.iter().map(|instance| instance.id))
     }
 }
@@ -41,9 +40,9 @@ pub fn check_unseen(
     seen: &BTreeSet<InstanceId>,
     folder: &Path,
     scored: impl IntoIterator<Item = InstanceId>,
-) -> Result<(), BenchError> {
+) -> Result<(), StageError> {
     match scored.into_iter().find(|instance| seen.contains(instance)) {
-        Some(instance) => Err(BenchError::Leak { instance, folder: folder.to_owned() }),
+        Some(instance) => Err(ModelRefusal::Leak { instance, folder: folder.to_owned() }.into()),
         None => Ok(()),
     }
 }
@@ -53,13 +52,18 @@ pub fn chosen_model(
     pipeline: &Pipeline,
     train: bool,
     named: Option<&Path>,
-) -> Result<Option<PathBuf>, BenchError> {
+) -> Result<Option<PathBuf>, StageError> {
     let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
     let chosen = if train { None } else { named.map(Path::to_owned).or_else(committed) };
     match chosen {
-        Some(folder) if !folder.is_dir() => Err(BenchError::NoModel { folder }),
+        Some(folder) if !folder.is_dir() => Err(ModelRefusal::NoModel { folder }.into()),
         chosen => Ok(chosen),
     }
+}
+
+/// What identifies the model in a folder, without loading it; `None` where there is none.
+pub fn model_hash(folder: &Path) -> Option<String> {
+    Some(blake3::hash(&std::fs::read(folder.join(MANIFEST)).ok()?).to_hex().to_string())
 }
 
 /// What the rows of models that the user names are called.
@@ -79,7 +83,7 @@ pub fn models(
     named: &[PathBuf],
     naming: Naming,
     others: &[&str],
-) -> Result<Vec<LoadedModel>, BenchError> {
+) -> Result<Vec<LoadedModel>, StageError> {
     if train || named.is_empty() {
         return Ok(vec![model(pipeline, chosen_model(pipeline, train, None)?.as_deref())?]);
     }
@@ -88,14 +92,14 @@ pub fn models(
     let name_of = |folder: &Path, kind: String| match naming {
         Naming::Kind => Ok(kind),
         Naming::Folder => {
-            folder_name(folder).ok_or_else(|| BenchError::Unnamed { folder: folder.to_owned() })
+            folder_name(folder).ok_or_else(|| ModelRefusal::Unnamed { folder: folder.to_owned() })
         }
     };
     let load = |folder: &PathBuf| {
         let loaded = model(pipeline, chosen_model(pipeline, false, Some(folder))?.as_deref())?;
         let name = name_of(folder, loaded.name.clone())?;
         if taken.contains(&name) {
-            return Err(BenchError::Named { folder: folder.clone(), name });
+            return Err(ModelRefusal::Named { folder: folder.clone(), name }.into());
         }
         taken.push(name.clone());
         Ok(LoadedModel { name, ..loaded })
@@ -104,34 +108,34 @@ pub fn models(
 }
 
 /// Loads the model in `folder`, or trains one where that is `None`.
-pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, BenchError> {
+pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, StageError> {
     if folder.is_none() && !pipeline.file.training.model.is_viewing() {
-        return Err(BenchError::ObjectiveNotViewing { scene: pipeline.file.name.clone() });
+        return Err(ModelRefusal::ObjectiveNotViewing { scene: pipeline.file.name.clone() }.into());
     }
     load(pipeline, &named_or_trained(pipeline, folder)?)
 }
 
 /// Likewise, a model of any kind, and its folder.
-pub fn any_model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<(Model, PathBuf), BenchError> {
+pub fn any_model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<(Model, PathBuf), StageError> {
     let folder = named_or_trained(pipeline, folder)?;
     Ok((loaded(pipeline, &folder)?, folder))
 }
 
-fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBuf, BenchError> {
+fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBuf, StageError> {
     match folder {
         Some(folder) => Ok(folder.to_owned()),
         #[cfg(feature = "train")]
         None => super::training::trained(pipeline),
         #[cfg(not(feature = "train"))]
-        None => Err(BenchError::CannotTrain),
+        None => Err(ModelRefusal::CannotTrain.into()),
     }
 }
 
-fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
+fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
     let model = loaded(pipeline, folder)?;
     let kind = model.manifest().kind;
     if model.viewing().is_none() {
-        return Err(BenchError::NotViewing { folder: folder.to_owned(), kind });
+        return Err(ModelRefusal::NotViewing { folder: folder.to_owned(), kind }.into());
     }
     let jacobian = match kind {
         Kind::ViewpointPredictive => Role::PredictorJacobian,
@@ -146,7 +150,7 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, BenchError> {
 }
 
 /// A model of any kind, with a note where its views were others than the scene's.
-fn loaded(pipeline: &Pipeline, folder: &Path) -> Result<Model, BenchError> {
+fn loaded(pipeline: &Pipeline, folder: &Path) -> Result<Model, StageError> {
     let model = Model::load(folder)?;
     if let Some(what) = caveat(pipeline, &model)? {
         note(pipeline, folder, what);
@@ -155,7 +159,7 @@ fn loaded(pipeline: &Pipeline, folder: &Path) -> Result<Model, BenchError> {
 }
 
 /// What a reader of a model's scores in a scene has to know: that its views were others than the scene's.
-pub fn caveat(pipeline: &Pipeline, model: &Model) -> Result<Option<&'static str>, BenchError> {
+pub fn caveat(pipeline: &Pipeline, model: &Model) -> Result<Option<&'static str>, StageError> {
     Ok(match model.manifest().training.provenance.get(VIEW_CONDITIONS) {
         None => Some("does not say what views it was trained on"),
         Some(views) if *views != scene_file::hash(&pipeline.scene.view_conditions())? => Some(

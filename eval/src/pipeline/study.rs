@@ -2,8 +2,7 @@
 
 use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit};
-use super::{Pipeline, ScoredViews, code, imported_views, test_views, unseen, views};
-use crate::error::BenchError;
+use super::{Pipeline, ScoredViews, StageError, code, imported_views, test_views, unseen, views};
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, Variant};
 use crate::score::unseen::{Subject, Unseen};
@@ -30,7 +29,7 @@ pub fn study_views(
     pipeline: &Pipeline,
     study: &StudyFile,
     imported: Option<&Path>,
-) -> Result<StudyViews, BenchError> {
+) -> Result<StudyViews, StageError> {
     let tested = || match imported {
         Some(folder) => Ok(vec![imported_views(folder)?]),
         None => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice()),
@@ -57,7 +56,7 @@ pub fn study_views(
             let set = held_out(&mut training, known);
             let missing = (0..known).find(|&instance| set.views.iter().all(|view| view.instance != instance));
             if let Some(instance) = missing {
-                return Err(BenchError::NothingHeldOut { instance });
+                return Err(StageError::NothingHeldOut { instance });
             }
             vec![ScoredViews { seed, set, seal: format!("held out of {known} instances of {first}") }]
         }
@@ -84,7 +83,7 @@ impl StudyViews {
 
     /// Refuses a model that has seen what is scored. Where other instances than test instances are scored, all models are of the
     /// study's own trainings, and it asks for that.
-    fn check_unseen(&self, model: &VariantModel, set: &ViewSet) -> Result<(), BenchError> {
+    fn check_unseen(&self, model: &VariantModel, set: &ViewSet) -> Result<(), StageError> {
         if self.of_seen {
             return Ok(());
         }
@@ -93,7 +92,7 @@ impl StudyViews {
     }
 
     /// Likewise, of a model that was trained elsewhere, before anything is trained.
-    pub fn check_finished(&self, models: &VariantModels) -> Result<(), BenchError> {
+    pub fn check_finished(&self, models: &VariantModels) -> Result<(), StageError> {
         let models = models.iter().filter_map(|(_, model)| model.as_ref().ok());
         models.take(1).try_for_each(|model| {
             self.scored.iter().try_for_each(|scored| self.check_unseen(model, &scored.set))
@@ -125,7 +124,7 @@ pub fn variant_models(
     variant: &Variant,
     views: &StudyViews,
     trunks: &Path,
-) -> Result<VariantModels, BenchError> {
+) -> Result<VariantModels, StageError> {
     let spec: TrainingSpec = variant.training(&pipeline.file.training.model)?;
     let kept = variant.instances.unwrap_or(usize::MAX);
     let training = first_instances(&views.training, kept);
@@ -134,7 +133,7 @@ pub fn variant_models(
         .map(|seed| {
             let seed = Seed(seed);
             let key = Key::new("study_model", &(code::TRAINED, &conditions, seed, &spec))?;
-            let stored = pipeline.stored(&key, |work| {
+            let stored = pipeline.cache.entry(&key, |work| {
                 if work.join(MANIFEST).exists() {
                     return Ok(());
                 }
@@ -151,7 +150,7 @@ pub fn variant_models(
                 fit(pipeline, fitted, work)
             });
             let entry = match stored {
-                Err(BenchError::Train(failure @ TrainError::NonFiniteLoss { stage, step, loss, .. })) => {
+                Err(StageError::Train(failure @ TrainError::NonFiniteLoss { stage, step, loss, .. })) => {
                     pipeline
                         .progress
                         .note(&format!("{} with seed {} failed: {failure}", variant.name, seed.0));
@@ -170,7 +169,7 @@ pub fn finished_model(
     pipeline: &Pipeline,
     folder: &Path,
     seeds: &[Seed],
-) -> Result<VariantModels, BenchError> {
+) -> Result<VariantModels, StageError> {
     let (model, folder) = any_model(pipeline, Some(folder))?;
     let model = Arc::new(model);
     let of_seed = |&seed| (seed, Ok(VariantModel { model: Arc::clone(&model), folder: folder.clone() }));
@@ -182,7 +181,7 @@ pub fn variant_scores(
     pipeline: &Pipeline,
     views: &StudyViews,
     trained: &VariantModel,
-) -> Result<Vec<Unseen>, BenchError> {
+) -> Result<Vec<Unseen>, StageError> {
     let model = &trained.model;
     let subject = model.viewing().map_or(Subject::Embedding(model), Subject::Viewing);
     views.scored.iter().try_for_each(|scored| views.check_unseen(trained, &scored.set))?;

@@ -1,7 +1,6 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode};
-use crate::error::BenchError;
+use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError};
 use crate::result::table::{Outcome, Run, Table, TableError};
 use crate::scene_file::row::Row;
 use crate::score::embedding::Scores;
@@ -31,7 +30,7 @@ pub fn tables(
     answers: &[SeedAnswers],
     models: &[LoadedModel],
     unseen: &[Vec<Unseen>],
-) -> Result<Tables, BenchError> {
+) -> Result<Tables, StageError> {
     let mut runs = Vec::new();
     let mut detections = 0;
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
@@ -97,7 +96,7 @@ fn of_unseen(table: &UnseenTable, seeds: &[Seed], models: &[(&str, &[Unseen])]) 
 
 /// The scores of an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as
 /// a viewpoint-predictive one.
-fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Scores, BenchError> {
+fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Scores, StageError> {
     let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) else {
         return Ok(Scores::new());
     };
@@ -109,7 +108,7 @@ fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Score
 }
 
 /// An entry on a seed.
-fn entered(entry: &Entry, seed: Seed, timestamps: &[f64], truth: &Truth) -> Result<Run, BenchError> {
+fn entered(entry: &Entry, seed: Seed, timestamps: &[f64], truth: &Truth) -> Result<Run, StageError> {
     let poses = match entry.run(seed, timestamps) {
         Ok(poses) => poses,
         Err(reason) => return Ok(failed(entry, seed, reason)),

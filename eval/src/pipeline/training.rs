@@ -1,7 +1,6 @@
 //! Training as a stage: views in, model folder out.
 
-use super::{Pipeline, VIEW_CONDITIONS, code, views};
-use crate::error::BenchError;
+use super::{Pipeline, StageError, VIEW_CONDITIONS, code, views};
 use crate::progress::Stage;
 use crate::result::manifest::Host;
 use crate::scene_file;
@@ -12,11 +11,11 @@ use vantage_dataset::{Seed, Split, ViewSet};
 use vantage_learn::{MANIFEST, Progress, Training, TrainingDevice, TrainingSpec};
 
 /// The folder of the scene's model, trained where the cache has none.
-pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
+pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, StageError> {
     let conditions = pipeline.scene.view_conditions();
     let training = &pipeline.file.training;
     let inputs = (code::TRAINED, &conditions, training.seed, &training.model, &pipeline.renderer_info);
-    let entry = pipeline.stored(&Key::new("model", &inputs)?, |work| {
+    let entry = pipeline.cache.entry(&Key::new("model", &inputs)?, |work| {
         // A run that was killed between the last file and the commit has left a whole model.
         if work.join(MANIFEST).exists() {
             return Ok(());
@@ -30,7 +29,7 @@ pub fn trained(pipeline: &Pipeline) -> Result<PathBuf, BenchError> {
 }
 
 /// Trains the scene's model into `folder`, from where an interrupted training left it.
-pub fn train(pipeline: &Pipeline, device: &TrainingDevice, folder: &Path) -> Result<(), BenchError> {
+pub fn train(pipeline: &Pipeline, device: &TrainingDevice, folder: &Path) -> Result<(), StageError> {
     let TrainingSpec { trunk_steps, steps, .. } = pipeline.file.training.model;
     pipeline.progress.note(&format!(
         "training a model of {}, in {trunk_steps} and {steps} steps (8000 and 20000 take ten minutes or more \
@@ -53,7 +52,7 @@ pub fn train_on(
     validation: &Path,
     device: &TrainingDevice,
     folder: &Path,
-) -> Result<(), BenchError> {
+) -> Result<(), StageError> {
     let conditions = scene_file::hash(&[read_manifest(training)?.seal, read_manifest(validation)?.seal])?;
     let (training, validation) = (read_views(training)?, read_views(validation)?);
     let (spec, seed) = (&pipeline.file.training.model, pipeline.file.training.seed);
@@ -75,7 +74,7 @@ pub(super) struct Fit<'a> {
 }
 
 /// Trains into `folder`, from where a killed training left it.
-pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result<(), BenchError> {
+pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result<(), StageError> {
     let Fit { training, validation, conditions, spec, seed, trunks, device } = fitted;
     let info = pipeline.renderer_info.clone();
     let provenance = [
@@ -99,7 +98,7 @@ pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result
     Ok(())
 }
 
-fn shown_views(pipeline: &Pipeline, split: Split) -> Result<ViewSet, BenchError> {
+fn shown_views(pipeline: &Pipeline, split: Split) -> Result<ViewSet, StageError> {
     let instances = pipeline.scene.view_conditions().views.instances(split) as u64;
     let name = format!("{} views", split.name());
     let mut stage = None;

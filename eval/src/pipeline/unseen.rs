@@ -1,8 +1,6 @@
 //! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
 
-use super::{Pipeline, code, views};
-use crate::error::BenchError;
-use crate::result::output_folder::OutputError;
+use super::{Pipeline, StageError, code, views};
 use crate::score::unseen::{Subject, Unseen, score};
 use rayon::prelude::*;
 use std::path::Path;
@@ -22,7 +20,7 @@ pub struct ScoredViews {
 }
 
 /// The test views of all seeds. Each seed has instances of its own.
-pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews>, BenchError> {
+pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews>, StageError> {
     let rendered = pipeline.progress.stage("test views", seeds.len() as u64);
     let of_seed = |&seed: &Seed| {
         let (set, seal) = views(pipeline, Split::Test, seed, &mut |_| ())?;
@@ -33,9 +31,9 @@ pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews
 }
 
 /// A stored view set, to be scored.
-pub fn imported_views(folder: &Path) -> Result<ScoredViews, BenchError> {
+pub fn imported_views(folder: &Path) -> Result<ScoredViews, StageError> {
     if !folder.is_dir() {
-        return Err(BenchError::NoFolder { folder: folder.to_owned() });
+        return Err(StageError::NoViews { folder: folder.to_owned() });
     }
     Ok(ScoredViews { seed: Seed(0), set: read_views(folder)?, seal: read_manifest(folder)?.seal })
 }
@@ -46,27 +44,22 @@ pub fn unseen(
     sets: &[ScoredViews],
     subject: Subject<'_>,
     hash: &str,
-) -> Result<Vec<Unseen>, BenchError> {
+) -> Result<Vec<Unseen>, StageError> {
     let stage = pipeline.progress.stage("unseen instances", sets.len() as u64);
-    let (cache, note) = (&pipeline.cache, &pipeline.progress);
+    let cache = &pipeline.cache;
     sets.par_iter()
         .map(|ScoredViews { seed, set, seal }| {
-            let key = Key::new("unseen", &(code::ANSWERED, seal, hash))?;
-            let entry = super::stored(cache, note, &key, |work| {
-                let json = serde_json::to_vec(&score(*seed, set, subject)?)?;
-                // What is no number is written as null, and could not be read again.
-                if serde_json::from_slice::<Unseen>(&json).is_err() {
-                    return Err(BenchError::NotFinite { seed: seed.0 });
-                }
-                let path = work.join(FILE);
-                std::fs::write(&path, json).map_err(|source| OutputError { path, source })?;
-                Ok(())
-            })?;
-            let path = entry.folder.join(FILE);
-            let invalid = |reason: String| BenchError::StoredAnswers { path: path.clone(), reason };
-            let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
+            let key = Key::new("unseen", &(code::SCORED, seal, hash))?;
+            let found = cache.json(&key, FILE, || finite(*seed, score(*seed, set, subject)?))?;
             stage.advance(1);
-            serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))
+            Ok(found)
         })
         .collect()
+}
+
+/// What is no number is written as null, and could not be read again.
+fn finite(seed: Seed, scores: Unseen) -> Result<Unseen, StageError> {
+    let json = serde_json::to_vec(&scores)?;
+    serde_json::from_slice::<Unseen>(&json).map_err(|_| StageError::NotFinite { seed: seed.0 })?;
+    Ok(scores)
 }

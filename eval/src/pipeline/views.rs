@@ -1,7 +1,6 @@
 //! Stage `views`: single objects from known viewpoints.
 
-use super::{Pipeline, code};
-use crate::error::BenchError;
+use super::{Pipeline, StageError, code};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{Key, read_manifest, read_views, write_views};
@@ -30,7 +29,7 @@ pub fn views(
     split: Split,
     seed: Seed,
     made: &mut dyn FnMut(u64),
-) -> Result<(ViewSet, String), BenchError> {
+) -> Result<(ViewSet, String), StageError> {
     let conditions = pipeline.scene.view_conditions();
     let instances = conditions.views.instances(split);
     let inputs = Inputs {
@@ -41,7 +40,7 @@ pub fn views(
         seed,
         renderer: &pipeline.renderer_info,
     };
-    let entry = pipeline.stored(&Key::new("views", &inputs)?, |folder| {
+    let entry = pipeline.cache.entry(&Key::new("views", &inputs)?, |folder| {
         let mut done = 0;
         let set = training_views(
             &conditions,

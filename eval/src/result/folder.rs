@@ -1,6 +1,6 @@
 //! The folder of one scene's or study's results: whose it is, and which of its files an earlier run left.
 
-use crate::error::BenchError;
+use super::error::SaveError;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
 use crate::result::manifest::{FILE_NAME, Manifest};
@@ -19,10 +19,7 @@ const PARTIAL: &str = "manifest.partial.json";
 /// What is read of a manifest, or of what stood in its place when a run was killed.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Before {
-    /// Of manifests that have it; of older ones the command tells.
     of: Option<ResultKind>,
-    #[serde(default, skip_serializing)]
-    command: Vec<String>,
     #[serde(default)]
     files: BTreeSet<String>,
 }
@@ -34,22 +31,6 @@ impl Before {
         let before: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
         let files = if before.of.is_some() { before.files } else { BTreeSet::new() };
         Self { files, ..before }
-    }
-
-    fn of(&self) -> Option<ResultKind> {
-        let by_command =
-            |command: &String| if command == "study" { ResultKind::Study } else { ResultKind::Scene };
-        self.of.or_else(|| self.command.get(1).map(by_command))
-    }
-
-    /// Refuses to write results of something else over these.
-    fn require(&self, folder: &Path, of: ResultKind) -> Result<(), BenchError> {
-        match self.of() {
-            Some(other) if other != of => {
-                Err(BenchError::OtherResults { folder: folder.to_owned(), of: other })
-            }
-            _ => Ok(()),
-        }
     }
 }
 
@@ -64,25 +45,16 @@ pub struct ResultFolder {
 }
 
 impl ResultFolder {
-    /// Refuses the place below `out` where results of something else lie that has the same name.
-    pub fn check(out: &OutputFolder, name: &str, of: ResultKind) -> Result<(), BenchError> {
-        let folder = out.path().join(name);
-        Before::read(&folder).require(&folder, of)
-    }
-
     /// Opens the folder of the results of `name` below `out`, once no other run writes into it.
     pub fn open(
         out: &OutputFolder,
         name: &str,
         of: ResultKind,
         progress: &Progress,
-    ) -> Result<Self, BenchError> {
-        Self::check(out, name, of)?;
-        let folder = OutputFolder::probe(&out.path().join(name))?;
+    ) -> Result<Self, SaveError> {
+        let folder = OutputFolder::probe(&of.place(out.path(), name))?;
         let lock = folder.lock(progress)?;
-        let before = Before::read(folder.path());
-        before.require(folder.path(), of)?;
-        let before = Before { of: Some(of), ..before };
+        let before = Before { of: Some(of), ..Before::read(folder.path()) };
         folder.write(PARTIAL, &serde_json::to_vec_pretty(&before)?)?;
         remove(folder.path(), FILE_NAME);
         Ok(Self { folder, of, before, written: RefCell::default(), _lock: lock })
@@ -100,13 +72,13 @@ impl ResultFolder {
     }
 
     /// Writes a trajectory as a TUM file.
-    pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), BenchError> {
+    pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), SaveError> {
         self.written.borrow_mut().insert(name.to_owned());
         Ok(self.folder.write_trajectory(name, trajectory)?)
     }
 
     /// Removes what is not of these results, and writes the manifest, which names all files.
-    pub fn finish(self, manifest: &Manifest) -> Result<(), BenchError> {
+    pub fn finish(self, manifest: &Manifest) -> Result<(), SaveError> {
         let written = self.written.into_inner();
         let stale = self.before.files.difference(&written);
         stale.for_each(|name| remove(self.folder.path(), name));
@@ -140,7 +112,7 @@ mod tests {
     use super::*;
     use vantage_dataset::Seed;
 
-    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), BenchError> {
+    fn run(out: &OutputFolder, of: ResultKind, files: &[&str]) -> Result<(), SaveError> {
         let folder = ResultFolder::open(out, "mine", of, &Progress::detect())?;
         files.iter().try_for_each(|name| folder.write(name, b"new"))?;
         folder.finish(&Manifest::new("abc", &[Seed(0)]))
@@ -150,7 +122,7 @@ mod tests {
     fn what_an_earlier_run_left_goes_and_what_others_put_there_stays() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
-        let at = |name: &str| root.path().join("mine").join(name);
+        let at = |name: &str| root.path().join("scenes/mine").join(name);
         run(&out, ResultKind::Scene, &["tables.md", "0/truth.tum", "1/truth.tum", "2/truth.tum"]).unwrap();
         for note in ["notes.txt", "2/notes.txt"] {
             fs::write(at(note), "mine").unwrap();
@@ -169,24 +141,13 @@ mod tests {
     }
 
     #[test]
-    fn results_of_a_study_and_of_a_scene_do_not_mix() {
+    fn results_of_a_study_and_of_a_scene_of_one_name_lie_apart() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
-        for (first, second, name) in
-            [(ResultKind::Scene, ResultKind::Study, "scene"), (ResultKind::Study, ResultKind::Scene, "study")]
-        {
-            run(&out, first, &["tables.md"]).unwrap();
-            let manifest = root.path().join("mine/manifest.json");
-            let older = serde_json::json!({ "command": ["bench", name, "--out", "results"] }).to_string();
-            for text in [fs::read_to_string(&manifest).unwrap(), older] {
-                fs::write(&manifest, text).unwrap();
-                let error = run(&out, second, &["tables.md"]).unwrap_err().to_string();
-                assert!(
-                    error.contains(&format!("results of a {name} ")) && error.contains("mine"),
-                    "{error}"
-                );
-            }
-            fs::remove_dir_all(root.path().join("mine")).unwrap();
+        run(&out, ResultKind::Scene, &["tables.md"]).unwrap();
+        run(&out, ResultKind::Study, &["variants.md"]).unwrap();
+        for file in ["scenes/mine/tables.md", "studies/mine/variants.md"] {
+            assert!(root.path().join(file).exists(), "{file}");
         }
     }
 
@@ -199,11 +160,10 @@ mod tests {
         killed.write("new.csv", b"new").unwrap();
         drop(killed);
         let names = || -> BTreeSet<String> {
-            let entries = fs::read_dir(root.path().join("mine")).unwrap();
+            let entries = fs::read_dir(root.path().join("studies/mine")).unwrap();
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
         };
         assert!(!names().contains(FILE_NAME) && names().contains("old.csv"));
-        assert!(ResultFolder::check(&out, "mine", ResultKind::Scene).is_err());
         run(&out, ResultKind::Study, &["new.csv"]).unwrap();
         assert!(names().is_superset(&["new.csv".to_owned(), FILE_NAME.to_owned()].into()));
         assert!(!names().contains("old.csv") && !names().contains(PARTIAL));
@@ -213,12 +173,20 @@ mod tests {
     fn a_manifest_does_not_lead_out_of_its_folder_nor_is_one_of_others_believed() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputFolder::probe(root.path()).unwrap();
-        let (outside, folder) = (root.path().join("kept"), root.path().join("mine"));
+        let (outside, folder) = (root.path().join("kept"), root.path().join("scenes/mine"));
         fs::create_dir_all(folder.join("folder")).unwrap();
         #[cfg(unix)]
         std::os::unix::fs::symlink(root.path(), folder.join("link")).unwrap();
-        let names =
-            ["../kept", outside.to_str().unwrap(), "a/../../kept", ".", "", "link/kept", "folder", "old.csv"];
+        let names = [
+            "../../kept",
+            outside.to_str().unwrap(),
+            "a/../../../kept",
+            ".",
+            "",
+            "link/kept",
+            "folder",
+            "old.csv",
+        ];
         for (of, stays) in [(serde_json::json!("scene"), false), (serde_json::Value::Null, true)] {
             fs::write(&outside, "kept").unwrap();
             fs::write(folder.join("old.csv"), "old").unwrap();

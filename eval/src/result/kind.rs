@@ -1,7 +1,7 @@
 //! What results are of.
 
 use serde::{Deserialize, Serialize};
-use std::fmt;
+use std::path::{Path, PathBuf};
 
 /// What results are of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,11 +13,13 @@ pub enum ResultKind {
     Study,
 }
 
-impl fmt::Display for ResultKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Scene => "scene",
-            Self::Study => "study",
-        })
+impl ResultKind {
+    /// The folder below `out` that results of `name` lie in.
+    pub fn place(self, out: &Path, name: &str) -> PathBuf {
+        let kind = match self {
+            Self::Scene => "scenes",
+            Self::Study => "studies",
+        };
+        out.join(kind).join(name)
     }
 }

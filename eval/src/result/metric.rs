@@ -270,6 +270,25 @@ impl Metric {
         self == Metric::WorstNumberInside95
     }
 
+    /// Whether it is of one view of each instance, where others are of all views.
+    pub fn is_of_one_view(self) -> bool {
+        self == Metric::ViewpointByImage
+    }
+
+    /// Whether another column beside it always says the same: NMI by the arithmetic mean is V-measure.
+    pub fn is_repeated(self) -> bool {
+        self == Metric::Nmi
+    }
+
+    /// Which way it is better, as an arrow; nothing where it has a target.
+    pub fn arrow(self) -> &'static str {
+        match self.better() {
+            Better::Lower => " ↓",
+            Better::Higher => " ↑",
+            Better::Near(_) => "",
+        }
+    }
+
     /// Its name and the unit that tables print, e.g. `Heading [deg]`.
     pub fn heading(self) -> String {
         match self.unit() {

@@ -1,17 +1,21 @@
 //! Results: numbers with their origin, and the files that hold them.
 
 pub mod distribution;
+pub mod error;
 pub mod folder;
 pub mod grid;
+pub mod index;
 pub mod kind;
 pub mod made_folders;
 pub mod manifest;
 pub mod metric;
 pub mod output_folder;
+pub mod paired;
 pub mod report;
 pub mod results_file;
-pub mod row_name;
+pub mod standing;
 pub mod statistics;
+pub mod summary_text;
 pub mod table;
 pub mod table_text;
 

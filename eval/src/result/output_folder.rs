@@ -3,11 +3,11 @@
 use crate::progress::Progress;
 use crate::result::made_folders::MadeFolders;
 use crate::result::trajectory::Trajectory;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-use vantage_dataset::store::{FolderLock, StoreError, write_tum};
+use vantage_dataset::store::{FolderLock, StoreError, rename_durably, write_atomically, write_tum};
 
 /// File by which a folder is found writable.
 const PROBE: &str = ".probe.tmp";
@@ -37,7 +37,7 @@ impl OutputFolder {
         // One name for all, so that what a killed run leaves is removed by the next one.
         let probe = path.join(PROBE);
         let made = MadeFolders::make(path).and_then(|made| {
-            write_synced(&probe, b"probe")?;
+            fs::write(&probe, b"probe")?;
             removed(&probe)?;
             Ok(made)
         });
@@ -61,12 +61,11 @@ impl OutputFolder {
         &self.0
     }
 
-    /// Writes a file, its folders included: to a temporary name, synced, then renamed over what was there.
+    /// Writes a file, its folders included: see [`write_atomically`].
     pub fn write(&self, relative: impl AsRef<Path>, bytes: &[u8]) -> Result<(), OutputError> {
-        let (path, temporary) = self.names(relative.as_ref());
+        let path = self.0.join(relative);
         make_parent(&path)
-            .and_then(|()| write_synced(&temporary, bytes))
-            .and_then(|()| fs::rename(&temporary, &path))
+            .and_then(|()| write_atomically(&path, bytes))
             .map_err(|source| OutputError { path, source })
     }
 
@@ -87,30 +86,19 @@ impl OutputFolder {
         relative: impl AsRef<Path>,
         fill: impl FnOnce(&Path) -> Result<(), StoreError>,
     ) -> Result<(), StoreError> {
-        let (path, temporary) = self.names(relative.as_ref());
-        let refuse = |source| StoreError::Write { path: path.clone(), source };
-        make_parent(&path).map_err(refuse)?;
-        fill(&temporary)?;
-        fs::rename(&temporary, &path).map_err(refuse)
-    }
-
-    /// A file's name, and the temporary one it has until it is whole.
-    fn names(&self, relative: &Path) -> (PathBuf, PathBuf) {
         let path = self.0.join(relative);
         let mut temporary = path.clone().into_os_string();
         temporary.push(".tmp");
-        (path, PathBuf::from(temporary))
+        let temporary = PathBuf::from(temporary);
+        let refuse = |source| StoreError::Write { path: path.clone(), source };
+        make_parent(&path).map_err(refuse)?;
+        fill(&temporary)?;
+        rename_durably(&temporary, &path).map_err(refuse)
     }
 }
 
 fn make_parent(path: &Path) -> io::Result<()> {
     path.parent().map_or(Ok(()), fs::create_dir_all)
-}
-
-fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(bytes)?;
-    file.sync_all()
 }
 
 #[cfg(test)]

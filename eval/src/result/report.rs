@@ -1,11 +1,11 @@
-//! The files of a finished run: results, tables, rows, manifest.
+//! The files of a finished run: results, tables, manifest.
 
-use crate::error::BenchError;
+use super::error::SaveError;
 use crate::result::folder::ResultFolder;
 use crate::result::grid::Style;
 use crate::result::manifest::Manifest;
 use crate::result::results_file::{self, Results};
-use crate::result::table_text::{csv, tables};
+use crate::result::table_text::tables;
 
 /// Name of the file of all tables.
 pub const TABLES: &str = "tables.md";
@@ -18,11 +18,8 @@ pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) ->
     format!("# {}\n{model}{caveat}{}", results.scene, tables.collect::<String>())
 }
 
-/// Writes `results.json`, `tables.md` and `<table>.csv`, and, last, `manifest.json`.
-pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), BenchError> {
-    for table in &results.tables {
-        folder.write(&format!("{}.csv", table.name()), &csv(table)?)?;
-    }
+/// Writes `results.json`, `tables.md` and, last, `manifest.json`.
+pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), SaveError> {
     let text = markdown(results, manifest.model_hash.as_deref(), manifest.caveat.as_deref());
     folder.write(TABLES, text.as_bytes())?;
     folder.write(results_file::FILE_NAME, results.to_json()?.as_bytes())?;
@@ -46,13 +43,12 @@ mod tests {
             let results = Results::new("tabletop", "abc", vec![table(runs).unwrap()]);
             let place = ResultFolder::open(&out, "tabletop", ResultKind::Scene, &Progress::detect()).unwrap();
             write(place, &results, manifest).unwrap();
-            out.path().join("tabletop")
+            out.path().join("scenes/tabletop")
         };
         let plain = Manifest::new("abc", &[Seed(0)]);
         let files = |name: &str, runs| {
             let place = written(name, runs, &plain);
-            ["results.json", "tables.md", "trajectory.csv"]
-                .map(|file| std::fs::read(place.join(file)).unwrap())
+            ["results.json", "tables.md"].map(|file| std::fs::read(place.join(file)).unwrap())
         };
         let mut reversed = runs();
         reversed.reverse();
@@ -64,6 +60,6 @@ mod tests {
         };
         let text = std::fs::read_to_string(written("c", runs(), &manifest).join("tables.md")).unwrap();
         assert!(text.starts_with("# tabletop\n\nScored model: def\n\nMind this.\n\n"), "{text}");
-        assert_eq!(Results::read(&folder.path().join("a/tabletop")).unwrap().tables.len(), 1);
+        assert_eq!(Results::read(&folder.path().join("a/scenes/tabletop")).unwrap().tables.len(), 1);
     }
 }

@@ -1,6 +1,7 @@
 //! A result table: the raw score of every method on every seed, and what follows from them.
 
 use crate::result::metric::Metric;
+use crate::result::paired::Paired;
 use crate::result::statistics::Mean;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -212,23 +213,14 @@ impl Table {
     }
 
     fn summarize(&self, method: &str, metric: Metric) -> Summary {
-        let scores = |method: &str| -> Vec<Option<f64>> {
-            self.runs_of(method).iter().map(|run| run.scores.get(&metric).copied()).collect()
-        };
-        let own = scores(method);
-        let defined: Vec<f64> = own.iter().copied().flatten().collect();
-        let differences: Vec<f64> = match self.reference() {
-            Some(reference) if reference != method => {
-                own.iter().zip(scores(reference)).filter_map(|(a, b)| Some((*a)? - b?)).collect()
-            }
-            _ => Vec::new(),
-        };
+        let runs = self.runs_of(method);
+        let defined: Vec<f64> = runs.iter().filter_map(|run| run.scores.get(&metric).copied()).collect();
         Summary {
             method: method.to_owned(),
             metric,
-            runs: own.len(),
+            runs: runs.len(),
             mean: Mean::of(&defined),
-            difference: Mean::of(&differences),
+            difference: Paired::of(self, method, metric).and_then(|paired| paired.mean()),
         }
     }
 }

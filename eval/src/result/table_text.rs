@@ -1,6 +1,6 @@
-//! Tables as text: for the terminal, as Markdown, as CSV.
+//! Tables as text, with all their scores.
 
-use super::grid::{Style, UNDEFINED, draw};
+use super::grid::{Style, UNDEFINED, draw_in_parts};
 use crate::result::metric::Metric;
 use crate::result::statistics::Mean;
 use crate::result::table::{Outcome, Summary, Table};
@@ -49,19 +49,20 @@ fn grid<'a>(
     text: impl Fn(&Summary) -> String,
     methods: impl Iterator<Item = &'a String>,
 ) -> String {
+    let shown = table.metrics().iter().filter(|metric| !metric.is_repeated());
     let head = ["Method".to_owned(), "Runs".to_owned()].into_iter();
-    let head: Vec<String> = head.chain(table.metrics().iter().map(|m| m.heading())).collect();
-    let rows = methods
+    let head: Vec<String> = head.chain(shown.map(|metric| metric.heading() + metric.arrow())).collect();
+    let rows: Vec<Vec<String>> = methods
         .map(|method| {
-            let cells = summary.iter().filter(|cell| cell.method == *method);
+            let cells = summary.iter().filter(|cell| cell.method == *method && !cell.metric.is_repeated());
             [method.clone(), runs_text(table, method)].into_iter().chain(cells.map(&text)).collect()
         })
         .collect();
-    draw(style, &head, rows)
+    draw_in_parts(style, 2, &head, &rows)
 }
 
 /// `10`, or `10 (1 failed, 2 flagged)`.
-fn runs_text(table: &Table, method: &str) -> String {
+pub(super) fn runs_text(table: &Table, method: &str) -> String {
     let runs = table.runs_of(method);
     let count = |is: fn(&Outcome) -> bool| runs.iter().filter(|run| is(&run.outcome)).count();
     let failed = count(|o| matches!(o, Outcome::Failed(_)));
@@ -94,7 +95,7 @@ fn difference_text(cell: &Summary) -> String {
 }
 
 /// `0.1234 +- 0.0123`, of one run `0.1234`, with ` (n=9)` where the score is not defined on all runs, or a dash.
-fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
+pub(super) fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
     let Some(mean) = mean else { return UNDEFINED.to_owned() };
     let half_width = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
     format!("{}{half_width}{}", metric.display(mean.mean), defined_on(mean.n, runs))
@@ -102,25 +103,6 @@ fn mean_text(metric: Metric, mean: Option<Mean>, runs: usize) -> String {
 
 fn defined_on(n: usize, runs: usize) -> String {
     if n < runs { format!(" (n={n})") } else { String::new() }
-}
-
-/// Every run, one a line, SI units; an undefined score is an empty field. Numbers read back to the same bits.
-pub fn csv(table: &Table) -> Result<Vec<u8>, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let head = ["method", "seed", "outcome"].into_iter().chain(table.metrics().iter().map(|m| m.column()));
-    writer.write_record(head)?;
-    for run in table.runs() {
-        let outcome = match &run.outcome {
-            Outcome::Done => "done".to_owned(),
-            Outcome::Flagged(why) => format!("flagged: {why}"),
-            Outcome::Failed(why) => format!("failed: {why}"),
-        };
-        let scores =
-            table.metrics().iter().map(|m| run.scores.get(m).map(f64::to_string).unwrap_or_default());
-        writer
-            .write_record([run.method.clone(), run.seed.0.to_string(), outcome].into_iter().chain(scores))?;
-    }
-    writer.into_inner().map_err(|error| error.into_error().into())
 }
 
 #[cfg(test)]
@@ -144,7 +126,7 @@ mod tests {
             let found: Vec<&str> = text.lines().filter(|l| l.starts_with(start)).collect();
             found[nth].split('|').map(|c| c.trim().to_owned()).collect::<Vec<_>>()
         };
-        assert_eq!(line("| Method", 0), ["", "Method", "Runs", "ATE [m]", "Heading [deg]", ""]);
+        assert_eq!(line("| Method", 0), ["", "Method", "Runs", "ATE [m] ↓", "Heading [deg] ↓", ""]);
         assert_eq!(line("| odometry", 0), ["", "odometry", "4", "1.0000 +- 0.0000", "-", ""]);
         assert_eq!(line("| geometric", 0)[3], "0.6500 +- 0.2054");
         assert_eq!(line("| viewpoint_dependent", 0)[2], "4 (1 failed, 1 flagged)");
@@ -155,10 +137,6 @@ mod tests {
             ["Failed: viewpoint_dependent on seed 0: no, \"really\""]
         );
         assert!(!text.contains("NaN") && text.lines().any(|l| l.starts_with("|--")));
-        let csv = String::from_utf8(csv(&table).unwrap()).unwrap();
-        assert_eq!(csv.lines().next(), Some("method,seed,outcome,ate_m,heading_rad"));
-        assert_eq!(csv.lines().nth(1), Some("odometry,0,done,1,"));
-        assert!(csv.contains("viewpoint_dependent,0,\"failed: no, \"\"really\"\"\",,"), "{csv}");
     }
 
     #[test]
@@ -183,6 +161,16 @@ mod tests {
     }
 
     #[test]
+    fn what_two_columns_would_say_is_said_once() {
+        let metrics = [Metric::Nmi, Metric::VMeasure];
+        let runs = vec![run("mine", 0, &metrics.map(|metric| (metric, 0.75)))];
+        let table = Table::new("latents", &["mine"], None, &metrics, &[Seed(0)], runs).unwrap();
+        let text = tables(&table, Style::Markdown);
+        assert!(text.contains("V-measure ↑") && !text.contains("NMI"), "{text}");
+        assert_eq!(text.matches("0.750").count(), 1, "{text}");
+    }
+
+    #[test]
     fn one_seed_has_no_interval() {
         let runs = runs().into_iter().filter(|run| run.seed == Seed(0)).collect();
         let table =
@@ -193,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_terminal_shows_the_same_numbers() {
-        let text = tables(&table(runs()).unwrap(), Style::Terminal);
+        let text = tables(&table(runs()).unwrap(), Style::Terminal(120));
         assert!(text.contains("0.6500 +- 0.2054") && text.contains('│'), "{text}");
     }
 }

@@ -7,6 +7,7 @@ mod place;
 mod range;
 mod read;
 pub mod row;
+pub mod row_name;
 pub mod seeds;
 pub mod study;
 mod words;

@@ -1,7 +1,7 @@
 //! The study file: models that are trained on the views of one scene, each in its own way, and compared.
 
 use super::is_file_name;
-use crate::result::row_name::{MEAN_VIEW, PIXELS};
+use crate::scene_file::row_name::{MEAN_VIEW, PIXELS};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -119,6 +119,14 @@ impl Scored {
     }
 }
 
+impl StudyFile {
+    /// Hash of the study as read, on a scene of this hash: see [`super::hash`]. Where the scene's file lies does not enter it.
+    pub fn hash(&self, scene_hash: &str) -> Result<String, serde_json::Error> {
+        let anywhere = Self { scene: PathBuf::new(), ..self.clone() };
+        super::hash(&(&anywhere, scene_hash))
+    }
+}
+
 impl Variant {
     /// The refusal of its settings.
     pub fn refused(&self, reason: String) -> VariantError {
@@ -208,6 +216,14 @@ mod tests {
         assert_eq!((other.objective, other.steps), (Objective::ViewpointPredictive, 7));
         assert_eq!(other.predictive.source, 0.0);
         assert_eq!(other.predictive.pairs, base.predictive.pairs);
+    }
+
+    #[test]
+    fn the_hash_is_of_the_scene_and_not_of_its_place() {
+        let hash = |text: &str, scene| parse::<StudyFile>(text, Path::new("x")).unwrap().hash(scene).unwrap();
+        assert_eq!(hash(GOOD, "abc"), hash(&GOOD.replace("s.yaml", "views/s.yaml"), "abc"));
+        assert_ne!(hash(GOOD, "abc"), hash(GOOD, "abd"));
+        assert_ne!(hash(GOOD, "abc"), hash(&GOOD.replace("seeds: 3", "seeds: 4"), "abc"));
     }
 
     #[test]

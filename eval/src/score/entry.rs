@@ -2,8 +2,8 @@
 
 use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
 use crate::progress::Progress;
-use crate::result::row_name::folder_name;
 use crate::result::trajectory::{Trajectory, TumError};
+use crate::scene_file::row_name::folder_name;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

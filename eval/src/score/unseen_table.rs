@@ -2,7 +2,7 @@
 
 use super::embedding::Scores;
 use crate::result::metric::Metric;
-use crate::result::row_name::{MEAN_VIEW, PIXELS};
+use crate::scene_file::row_name::{MEAN_VIEW, PIXELS};
 
 /// One table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,26 +1,31 @@
 //! Clusters of embeddings, the number of instances known: agglomerative with Ward's linkage.
 //!
-//! Deterministic: no start values, and ties go to the lowest index.
+//! Deterministic: no start values.
+
+use super::retrieval::{are_comparable, squared_distance};
+use kodama::{Method, linkage};
 
 /// A cluster index in `0..clusters` for each embedding, numbered by first occurrence; `None` where `clusters` is 0
 /// or more than there are embeddings, or the embeddings are not finite and of one length.
 ///
 /// Merges, again and again, the two clusters whose union adds least to the sum of squared distances from the
-/// cluster means. By nearest-neighbour chains: O(n^2 d) time, `4 n^2` bytes of memory.
+/// cluster means: O(n^2 d) time, `4 n^2` bytes of memory.
 pub fn ward_clusters(embeddings: &[Vec<f32>], clusters: usize) -> Option<Vec<usize>> {
     let n = embeddings.len();
-    if clusters == 0 || clusters > n || !super::retrieval::are_comparable(embeddings) {
+    if clusters == 0 || clusters > n || !are_comparable(embeddings) {
         return None;
     }
-    let mut merges = merges(embeddings);
-    // Ward's heights never fall along a chain of merges, so the lowest n - k of them are a valid prefix.
-    merges.sort_by(|a, b| a.height.total_cmp(&b.height));
-    let mut parent: Vec<usize> = (0..n).collect();
-    for merge in &merges[..n - clusters] {
-        let (a, b) = (root(&parent, merge.a), root(&parent, merge.b));
-        parent[a.max(b)] = a.min(b);
+    let mut distances = Vec::with_capacity(n * (n - 1) / 2);
+    for (i, a) in embeddings.iter().enumerate() {
+        distances.extend(embeddings[i + 1..].iter().map(|b| squared_distance(a, b).sqrt()));
     }
-    let mut names = vec![None; n];
+    // By rising height, so that the first n - k merges leave k clusters; merge `i` makes cluster `n + i`.
+    let merges = linkage(&mut distances, n, Method::Ward);
+    let mut parent: Vec<usize> = (0..2 * n).collect();
+    for (made, merge) in (n..).zip(&merges.steps()[..n - clusters]) {
+        (parent[merge.cluster1], parent[merge.cluster2]) = (made, made);
+    }
+    let mut names = vec![None; 2 * n];
     let mut next = 0;
     let named = (0..n).map(|i| {
         *names[root(&parent, i)].get_or_insert_with(|| {
@@ -31,89 +36,11 @@ pub fn ward_clusters(embeddings: &[Vec<f32>], clusters: usize) -> Option<Vec<usi
     Some(named.collect())
 }
 
-/// Two clusters, each named by one of its members, merged at a height.
-struct Merge {
-    a: usize,
-    b: usize,
-    height: f64,
-}
-
-fn merges(embeddings: &[Vec<f32>]) -> Vec<Merge> {
-    let n = embeddings.len();
-    let mut distance = Condensed::new(embeddings);
-    let mut size = vec![1.0; n];
-    let mut alive: Vec<usize> = (0..n).collect();
-    let mut chain: Vec<usize> = Vec::new();
-    let mut merges = Vec::with_capacity(n.saturating_sub(1));
-    while alive.len() > 1 {
-        let tip = match chain.last() {
-            Some(&tip) => tip,
-            None => {
-                chain.push(alive[0]);
-                alive[0]
-            }
-        };
-        let before = chain.len().checked_sub(2).map(|i| chain[i]);
-        // The link before the tip wins ties, so that a chain never runs in a circle.
-        let mut nearest = before.unwrap_or(usize::MAX);
-        let mut height = before.map_or(f64::INFINITY, |b| distance.get(tip, b));
-        for &other in &alive {
-            if other != tip && distance.get(tip, other) < height {
-                (nearest, height) = (other, distance.get(tip, other));
-            }
-        }
-        if before != Some(nearest) {
-            chain.push(nearest);
-            continue;
-        }
-        chain.truncate(chain.len() - 2);
-        let (kept, gone) = (tip.min(nearest), tip.max(nearest));
-        merges.push(Merge { a: kept, b: gone, height });
-        alive.retain(|&i| i != gone);
-        // Lance and Williams' update of Ward's squared distances.
-        for &other in alive.iter().filter(|&&i| i != kept) {
-            let (k, g, o) = (size[kept], size[gone], size[other]);
-            let updated = ((k + o) * distance.get(kept, other) + (g + o) * distance.get(gone, other)
-                - o * height)
-                / (k + g + o);
-            distance.set(kept, other, updated);
-        }
-        size[kept] += size[gone];
-    }
-    merges
-}
-
 fn root(parent: &[usize], mut i: usize) -> usize {
     while parent[i] != i {
         i = parent[i];
     }
     i
-}
-
-/// The lower triangle of a symmetric matrix of squared distances.
-struct Condensed(Vec<f64>);
-
-impl Condensed {
-    fn new(embeddings: &[Vec<f32>]) -> Self {
-        let mut lower = Vec::with_capacity(embeddings.len() * embeddings.len().saturating_sub(1) / 2);
-        for (i, a) in embeddings.iter().enumerate() {
-            lower.extend(embeddings[..i].iter().map(|b| super::retrieval::squared_distance(a, b)));
-        }
-        Self(lower)
-    }
-
-    fn index(i: usize, j: usize) -> usize {
-        let (low, high) = (i.min(j), i.max(j));
-        high * (high - 1) / 2 + low
-    }
-
-    fn get(&self, i: usize, j: usize) -> f64 {
-        self.0[Self::index(i, j)]
-    }
-
-    fn set(&mut self, i: usize, j: usize, value: f64) {
-        self.0[Self::index(i, j)] = value;
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 use super::*;
 use nalgebra::Vector3;
 use serde_json::Value;
-use vantage_dataset::store::{StoreError, write_views};
+use vantage_dataset::store::{StoreError, StoreErrorKind, write_views};
 
 /// What spoils a record, and what the refusal tells of it.
 type Spoil<T> = (fn(&mut T), &'static str);
@@ -20,7 +20,7 @@ fn a_folder_of_somebody_else_is_refused_and_left_alone() {
     fs::write(folder.path().join("thesis.tex"), "years of work").unwrap();
     let before = files(folder.path());
     let error = open(folder.path(), options()).unwrap_err();
-    assert!(matches!(error, StoreError::Foreign { .. }) && error.exit_code() == 2, "{error}");
+    assert!(matches!(error, StoreError::Foreign { .. }) && error.kind() == StoreErrorKind::Choice, "{error}");
     assert!(open(&folder.path().join("thesis.tex"), options()).is_err());
     assert_eq!(files(folder.path()), before);
 
@@ -45,7 +45,7 @@ fn other_options_are_refused_with_what_differs() {
         let before = files(folder);
         let other = CropOptions { samples_per_shard: 11, ..options() };
         let error = open(folder, other).unwrap_err();
-        assert_eq!(error.exit_code(), 2);
+        assert_eq!(error.kind(), StoreErrorKind::Choice);
         let told = error.to_string();
         assert!(told.contains("options.samples_per_shard: got 11, expected 10"), "{told}");
         let error = open(folder, crop_options(CropLayout::Parquet, 10)).unwrap_err().to_string();
@@ -76,7 +76,7 @@ fn a_newer_or_broken_manifest_is_refused_and_left_alone() {
         for (text, told) in broken {
             fs::write(&path, &text).unwrap();
             let error = open(folder.path(), options()).unwrap_err();
-            assert!(error.exit_code() == 5 && error.to_string().contains(told), "{error}");
+            assert!(error.kind() == StoreErrorKind::Stored && error.to_string().contains(told), "{error}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
     }
@@ -90,7 +90,10 @@ fn crops_of_the_first_format_are_sound_and_are_not_gone_on_with() {
     assert_eq!(verify_layout(folder.path()).unwrap().format, 1);
     let before = files(folder.path());
     let error = open(folder.path(), options()).unwrap_err();
-    assert!(error.exit_code() == 2 && error.to_string().contains("format: got 2, expected 1"), "{error}");
+    assert!(
+        error.kind() == StoreErrorKind::Choice && error.to_string().contains("format: got 2, expected 1"),
+        "{error}"
+    );
     assert_eq!(files(folder.path()), before);
 }
 
@@ -132,11 +135,11 @@ fn a_full_disk_is_told_with_a_remedy_and_can_be_gone_on_from() {
             .iter()
             .find_map(|sample| writer.push(sample.clone()).err())
             .expect("the disk is full");
-        assert_eq!(error.exit_code(), 6);
+        assert_eq!(error.kind(), StoreErrorKind::Unwritable);
         assert!(error.to_string().contains("free some space and run again"), "{error}");
         fs::remove_file(folder.path().join(".partial/shard")).unwrap();
         samples(25)[21..].iter().for_each(|sample| drop(writer.push(sample.clone())));
-        assert_eq!(writer.finish().unwrap_err().exit_code(), 6, "a sample is missing");
+        assert_eq!(writer.finish().unwrap_err().kind(), StoreErrorKind::Unwritable, "a sample is missing");
 
         let (mut writer, skip) = open_crops(folder.path(), crop_options(layout, 10));
         assert_eq!(skip, 10);
@@ -162,7 +165,7 @@ fn unfit_samples_are_refused_by_name() {
         let mut sample = sample(0, Split::Train);
         spoil(&mut sample);
         let error = writer.push(sample).unwrap_err();
-        assert!(error.exit_code() == 70 && error.to_string().contains(told), "{error}");
+        assert!(error.kind() == StoreErrorKind::Bug && error.to_string().contains(told), "{error}");
     }
     for spoilt in [
         CropOptions { samples_per_shard: 0, ..options() },
@@ -195,7 +198,7 @@ fn unfit_captures_are_refused_by_name() {
         let mut capture = scene.captures[1].clone();
         spoil(&mut capture);
         let error = writer.push(&header, 1, &capture).unwrap_err();
-        assert!(error.exit_code() == 70 && error.to_string().contains(told), "{error}");
+        assert!(error.kind() == StoreErrorKind::Bug && error.to_string().contains(told), "{error}");
     }
     writer.push(&Scene { id: 1, ..header }, 0, &scene.captures[0]).unwrap();
     let error = writer.push(&header, 2, &scene.captures[0]).unwrap_err().to_string();
@@ -219,7 +222,7 @@ fn unfit_models_are_refused_by_name() {
         let mut model = sound.clone();
         spoil(&mut model);
         let error = writer.add_model(InstanceId(1), 1, &model).unwrap_err();
-        assert!(error.exit_code() == 70 && error.to_string().contains(told), "{error}");
+        assert!(error.kind() == StoreErrorKind::Bug && error.to_string().contains(told), "{error}");
     }
     assert!(writer.add_model(InstanceId(1), 0, &sound).is_err());
     writer.add_model(InstanceId(1), 1, &sound).unwrap();

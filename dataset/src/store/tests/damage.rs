@@ -34,7 +34,7 @@ fn assert_every_damage_noticed(folder: &Path, read: impl Fn(&Path) -> Result<(),
                 None => fs::remove_file(&file).unwrap(),
             }
             for error in [read(folder).unwrap_err(), verify(folder).unwrap_err()] {
-                assert_eq!(error.exit_code(), 5, "{what} in {name}: {error}");
+                assert_eq!(error.kind(), StoreErrorKind::Stored, "{what} in {name}: {error}");
                 assert!(error.to_string().contains(name), "{what} in {name}: {error}");
             }
             fs::write(&file, &sound).unwrap();
@@ -72,7 +72,7 @@ fn any_bit_of_a_manifest_counts() {
         fs::write(&path, &bytes).unwrap();
         match read_manifest(folder.path()) {
             Ok(read) => assert!(sound[i].is_ascii_whitespace() && read == original, "byte {i}"),
-            Err(error) => assert_eq!(error.exit_code(), 5),
+            Err(error) => assert_eq!(error.kind(), StoreErrorKind::Stored),
         }
     }
 }
@@ -85,7 +85,7 @@ fn a_folder_is_finished_only_by_its_manifest() {
     fs::remove_file(folder.path().join("odometry.csv")).unwrap();
     fs::create_dir(folder.path().join("odometry.csv")).unwrap();
     let error = write_episode(folder.path(), &episode(Seed(5), 3, 2), Provenance::new()).unwrap_err();
-    assert_eq!(error.exit_code(), 6, "{error}");
+    assert_eq!(error.kind(), StoreErrorKind::Unwritable, "{error}");
     assert!(matches!(read_episode(folder.path()), Err(StoreError::Unfinished { .. })));
 }
 
@@ -109,7 +109,7 @@ fn a_newer_format_is_refused_and_left_alone() {
 #[test]
 fn a_full_disk_is_an_error_of_its_own() {
     let error = write_tum(Path::new("/dev/full"), &[0.0], &[Pose::identity()]).unwrap_err();
-    assert_eq!(error.exit_code(), 6);
+    assert_eq!(error.kind(), StoreErrorKind::Unwritable);
     assert!(error.to_string().contains("free some space"), "{error}");
 }
 
@@ -122,6 +122,6 @@ fn a_file_in_the_way_of_a_folder_is_told() {
         write_episode(&file.join("episode"), &episode(Seed(5), 1, 0), Provenance::new()).unwrap_err(),
         Cache::open(&file).err().unwrap(),
     ] {
-        assert_eq!(error.exit_code(), 6, "{error}");
+        assert_eq!(error.kind(), StoreErrorKind::Unwritable, "{error}");
     }
 }

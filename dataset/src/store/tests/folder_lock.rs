@@ -1,4 +1,4 @@
-use crate::store::FolderLock;
+use crate::store::{FolderLock, StoreErrorKind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
@@ -34,5 +34,5 @@ fn what_a_killed_run_left_is_taken_at_once() {
     assert!(FolderLock::is_named(&name), "{name:?}");
     drop(lock);
     let gone = FolderLock::take(&folder.path().join("missing"), &|_| ());
-    assert_eq!(gone.err().unwrap().exit_code(), 6);
+    assert_eq!(gone.err().unwrap().kind(), StoreErrorKind::Unwritable);
 }

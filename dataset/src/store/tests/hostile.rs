@@ -144,7 +144,7 @@ fn arrays_of_another_shape_or_a_giant_size_are_refused_before_they_are_held() {
         manifest.counts.insert("detections".to_owned(), u64::MAX);
         manifest.files.get_mut("crops_masked.npy").unwrap().bytes = u64::MAX;
     });
-    assert_eq!(read_episode(folder.path()).unwrap_err().exit_code(), 5);
+    assert_eq!(read_episode(folder.path()).unwrap_err().kind(), StoreErrorKind::Stored);
 }
 
 #[test]
@@ -219,5 +219,5 @@ fn one_kind_is_not_taken_for_another() {
     write_views(folder.path(), &view_set(Seed(6), 2), Provenance::new()).unwrap();
     let error = read_observations(folder.path()).unwrap_err();
     assert!(error.to_string().contains("holds a view set: name a folder that holds an episode"), "{error}");
-    assert_eq!(error.exit_code(), 2);
+    assert_eq!(error.kind(), StoreErrorKind::Choice);
 }

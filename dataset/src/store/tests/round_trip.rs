@@ -64,11 +64,11 @@ fn an_estimator_needs_no_truth_and_truth_no_observations() {
     write_episode(folder.path(), &episode(Seed(1), 3, 2), Provenance::new()).unwrap();
     fs::rename(folder.path().join("truth"), folder.path().join("elsewhere")).unwrap();
     read_observations(folder.path()).unwrap();
-    assert_eq!(read_truth(folder.path()).unwrap_err().exit_code(), 5);
+    assert_eq!(read_truth(folder.path()).unwrap_err().kind(), StoreErrorKind::Stored);
     fs::rename(folder.path().join("elsewhere"), folder.path().join("truth")).unwrap();
     fs::remove_file(folder.path().join("odometry.csv")).unwrap();
     read_truth(folder.path()).unwrap();
-    assert_eq!(read_observations(folder.path()).unwrap_err().exit_code(), 5);
+    assert_eq!(read_observations(folder.path()).unwrap_err().kind(), StoreErrorKind::Stored);
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! `avd`: a grid of images in the layout of the Active Vision dataset, one scan a seed.
 
 use super::claim::{add_licences, claimed, of_each_seed};
+use super::error::DatasetError;
 use super::images::licences;
 use super::{Format, Index, Need, Source};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::result::output_folder::OutputError;
 use std::collections::BTreeMap;
 use std::fs;
@@ -33,7 +34,7 @@ pub struct Avd {
 impl Avd {
     /// Below `root`.
     pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
-        let unsuitable = |reason: String| Err(BenchError::Unsuitable { format: "avd", reason });
+        let unsuitable = |reason: String| Err(DatasetError::Unsuitable { format: "avd", reason }.into());
         let PathSpec::Grid { spacing, headings, .. } = &source.scene.robot().path else {
             return unsuitable("robot.path is not grid".to_owned());
         };

@@ -1,9 +1,10 @@
 //! `bigbird`: a turntable's images as those of the BigBIRD rig, one folder an object.
 
 use super::claim::{add_licences, claimed, of_each_seed};
+use super::error::DatasetError;
 use super::images::licences;
 use super::{Format, Index, Need, Source};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::result::output_folder::OutputError;
 use std::collections::BTreeMap;
 use std::fs;
@@ -33,7 +34,8 @@ impl BigBird {
     /// Below `root`.
     pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
         let scene = source.scene;
-        let unsuitable = |reason: String| BenchError::Unsuitable { format: "bigbird", reason };
+        let unsuitable =
+            |reason: String| BenchError::from(DatasetError::Unsuitable { format: "bigbird", reason });
         let PathSpec::Turntable { elevations_deg, angles, .. } = &scene.robot().path else {
             return Err(unsuitable("robot.path is not turntable".to_owned()));
         };

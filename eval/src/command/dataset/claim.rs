@@ -1,6 +1,7 @@
 //! Folders in the layouts of others: whose they are, of what scene, and what they hold.
 
-use crate::error::BenchError;
+use super::error::DatasetError;
+use crate::command::error::BenchError;
 use std::collections::BTreeMap;
 use std::path::Path;
 use vantage_dataset::InstanceId;
@@ -46,7 +47,7 @@ pub fn other_data(folder: &Path, found: &Provenance, asked: &Provenance) -> Benc
     if names.is_empty() {
         names.push("program");
     }
-    BenchError::OtherData { folder: folder.to_owned(), differs: names.join(" and ") }
+    DatasetError::OtherData { folder: folder.to_owned(), differs: names.join(" and ") }.into()
 }
 
 /// Enters the licence of each mesh that is in a world, by the object that it is of.

@@ -2,7 +2,7 @@
 
 use super::images::licences;
 use super::{Format, Index, Need, Source, taken_up};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use std::collections::BTreeMap;
 use std::path::Path;
 use vantage_dataset::{Episode, InstanceId, Seed, Split};

@@ -2,7 +2,7 @@
 
 use super::claim::other_data;
 use super::{Format, Index, Need, tell};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::progress::Progress;
 use crate::result::output_folder::{OutputError, OutputFolder};
 use std::fs;

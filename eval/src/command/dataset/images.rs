@@ -1,7 +1,7 @@
 //! `bop` and `bop-webdataset`: whole images with the poses and masks of objects, and their meshes.
 
 use super::{Format, Index, Need, Source, taken_up, tell};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::progress::Progress;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! `episodes.json`: how much there is of each seed, which spares a resumed run from making it again.
 
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::result::output_folder::OutputFolder;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

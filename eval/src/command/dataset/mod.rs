@@ -5,14 +5,15 @@ mod bigbird;
 mod claim;
 mod crops;
 mod episodes;
+pub mod error;
 mod images;
 mod index;
 mod trajectories;
 
 use super::placed;
 use crate::command::cli::{DatasetArgs, DatasetFormat};
+use crate::command::error::BenchError;
 use crate::command::exit::Exit;
-use crate::error::BenchError;
 use crate::pipeline::{SIMULATED, concerns_one_seed};
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
@@ -21,6 +22,7 @@ use avd::Avd;
 use bigbird::BigBird;
 use crops::Crops;
 use episodes::Episodes;
+use error::DatasetError;
 use images::Images;
 use index::Index;
 use std::collections::BTreeMap;
@@ -104,10 +106,11 @@ impl Source<'_> {
     fn require_seeds_below(&self, limit: u64, format: &'static str) -> Result<(), BenchError> {
         match self.seeds.iter().find(|seed| seed.0 >= limit) {
             None => Ok(()),
-            Some(seed) => Err(BenchError::Unsuitable {
+            Some(seed) => Err(DatasetError::Unsuitable {
                 format,
                 reason: format!("it numbers scenes below {limit}, and seed {} is none of them", seed.0),
-            }),
+            }
+            .into()),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::claim::claimed;
 use super::{Format, Index, Need, Source};
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::result::output_folder::OutputFolder;
 use crate::result::trajectory::Trajectory;
 use std::path::Path;

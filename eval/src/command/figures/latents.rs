@@ -1,6 +1,6 @@
 //! Where a model puts views: the latents of single views, laid out by t-SNE, as in the paper's Fig. 2.
 
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::figure::embedding_map::EmbeddingMap;
 use crate::figure::tsne::tsne;
 use vantage_dataset::{Crop, ViewSet};

@@ -1,7 +1,7 @@
 //! What a model expects to see of objects, and from where it thinks a view was taken.
 
 use super::latents::names;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::figure::calibration::calibration_svg;
 use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::viewpoint_map::{ViewpointPanel, viewpoint_map_png};

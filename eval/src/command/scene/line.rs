@@ -2,19 +2,19 @@
 
 use super::record::Record;
 use crate::command::cli::StageArgs;
+use crate::command::error::BenchError;
 use crate::command::placed;
-use crate::error::BenchError;
 use crate::pipeline::{
-    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, episodes, estimates, methods, models,
-    tables, test_views, unseen,
+    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, StageError, episodes, estimates,
+    methods, models, tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
-use crate::result::row_name::{kind_names, reserved_names};
 use crate::scene_file::SceneFile;
+use crate::scene_file::row_name::{kind_names, reserved_names};
 use crate::score::entry::Entry;
 use crate::score::unseen::{Subject, Unseen};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::world::check_room;
@@ -29,12 +29,11 @@ pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, 
 
     let views = record.timed("test views", || test_views(&pipeline, &seeds))?;
     let models = record.timed("model", || {
-        let named: Vec<PathBuf> = stages.model.iter().cloned().collect();
         let others: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-        let models = models(&pipeline, stages.train, &named, naming, &others)?;
+        let models = models(&pipeline, stages.train, &stages.model, naming, &others)?;
         let unseen = |model: &LoadedModel| views.iter().try_for_each(|views| model.check_set(&views.set));
         models.iter().try_for_each(unseen)?;
-        Ok(models)
+        Ok::<_, StageError>(models)
     })?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let (episodes, answers) = drive(&pipeline, &seeds, &models, &methods, &mut record)?;

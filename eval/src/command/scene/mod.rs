@@ -1,74 +1,112 @@
 //! `bench SCENE`: the whole line, from a scene file to tables and pictures.
 
+pub mod error;
 pub mod line;
 mod pictures;
 mod record;
+mod said;
 
-use super::cli::RunArgs;
+use super::cli::{RunArgs, StageArgs};
 use super::exit::Exit;
-use crate::error::BenchError;
-use crate::pipeline::{Answer, Naming, PANICKED};
+use crate::command::error::BenchError;
+use crate::pipeline::{Answer, Naming, PANICKED, model_hash};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
-use crate::result::grid::Style;
 use crate::result::kind::ResultKind;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
+use crate::result::standing::Standing;
 use crate::result::table::{Outcome, Run, Table};
-use crate::result::table_text;
 use crate::scene_file::{self, SceneFile};
 use crate::score::trajectory_scores::TRAJECTORIES;
-use crate::score::unseen::Unseen;
-use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
-use crate::score::viewpoint_table::viewpoint_table;
-use line::{Scored, line};
+use error::RunError;
+use line::{Scored, line, seeds};
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
-/// Runs the line, writes results, trajectories and pictures below `args.out`, and prints the tables.
+/// Runs the line, writes results, trajectories and pictures below `args.out`, and says what came out.
 pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     // Required by the command line whenever there is no other command.
     let scene = args.scene.clone().unwrap_or_default();
     let file: SceneFile = scene_file::read(&scene)?;
-    ResultFolder::check(&out, &file.name, ResultKind::Scene)?;
+    if !args.replace {
+        keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
+    }
     let scored = line(&scene, &args.stages, Naming::Folder)?;
-    let viewpoints = viewpoints(&scored.unseen, Style::Markdown);
-    let (name, progress) = (&scored.results.scene, Progress::detect());
-    let folder = ResultFolder::open(&out, name, ResultKind::Scene, &progress)?;
-    let written = format!("written to {}", folder.path().display());
-    pictures::write(&folder, &scored)?;
-    folder.write("viewpoint.md", format!("# {name}\n\n{viewpoints}").as_bytes())?;
+    let progress = Progress::detect();
+    let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
+    let place = folder.path().to_owned();
+    let pictures = pictures::write(&folder, &scored)?;
     report::write(folder, &scored.results, &scored.manifest)?;
-    progress.note(&written);
-    print(&scored, stdout)?;
-    told_of_failures(&scored, &progress);
+    said::say(args, &scored, &place, &pictures, stdout)?;
+    notes(&scored, &progress);
+    ended(&scored, scene)
+}
+
+/// Refuses to put a result of fewer seeds, or of another model, in the place of the one that lies there.
+fn keep_fuller(place: &Path, scene: &Path, file: &SceneFile, stages: &StageArgs) -> Result<(), BenchError> {
+    let Some(standing) = Standing::read(place) else { return Ok(()) };
+    let reference = file.training.reference.as_ref();
+    let committed = reference.map(|model| scene.parent().unwrap_or(Path::new("")).join(model));
+    let models = match stages.model.as_slice() {
+        _ if stages.train => Vec::new(),
+        [] => committed.into_iter().collect(),
+        named => named.to_vec(),
+    };
+    let same_model = if models.is_empty() {
+        standing.is_of_training(reference.is_some())
+    } else {
+        // Of a folder that holds none the line tells.
+        let hashes: Option<Vec<String>> = models.iter().map(|model| model_hash(model)).collect();
+        hashes.is_none_or(|hashes| standing.is_of(&hashes))
+    };
+    Ok(standing.allows(place, &seeds(file, stages), same_model)?)
+}
+
+/// How a run ends whose files are written.
+fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
     let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
-        return if any { Ok(Exit::Success) } else { Err(BenchError::NothingSeen { scene }) };
+        return if any { Ok(Exit::Success) } else { Err(RunError::NothingSeen { scene }.into()) };
     }
     if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
-        return Err(BenchError::Panicked { scene });
+        return Err(RunError::Panicked { scene }.into());
     }
     if scored.answers.iter().all(|(_, rows)| rows.iter().all(|answer| answer.world_from_robot.is_empty())) {
-        return Err(BenchError::NothingAnswered { scene });
+        return Err(RunError::NothingAnswered { scene }.into());
     }
     if scored.detections == 0 {
-        return Err(BenchError::NothingSeen { scene });
+        return Err(RunError::NothingSeen { scene }.into());
     }
-    Ok(Exit::Success)
+    let failed = of_trajectories(scored).find_map(|table| {
+        let none = |method: &&String| table.runs_of(method).iter().all(|run| failure(run).is_some());
+        let method = table.methods().iter().find(none)?;
+        Some((method.clone(), table.runs_of(method).iter().find_map(failure)?.to_owned()))
+    });
+    match failed {
+        Some((method, reason)) => Err(RunError::NothingOf { method, scene, reason }.into()),
+        None => Ok(Exit::Success),
+    }
 }
 
-/// Says how many runs of each other estimator failed, and why the first did.
-fn told_of_failures(scored: &Scored, progress: &Progress) {
-    let trajectories = scored.results.tables.iter().filter(|table| table.name() == TRAJECTORIES);
-    let runs: Vec<&Run> = trajectories.flat_map(Table::runs).collect();
+/// Says how many runs of each other estimator failed and why the first did or, where more is asked for, of each run of any why it
+/// failed, and how long each stage took.
+fn notes(scored: &Scored, progress: &Progress) {
+    let runs: Vec<&Run> = of_trajectories(scored).flat_map(Table::runs).collect();
+    if progress.is_verbose() {
+        for (run, reason) in runs.iter().filter_map(|run| Some((run, failure(run)?))) {
+            progress.note(&format!("note: {} failed on seed {}: {reason}", run.method, run.seed.0));
+        }
+        for (stage, seconds) in &scored.manifest.seconds {
+            progress.note(&format!("note: {stage} took {seconds:.1} s"));
+        }
+        return;
+    }
     for entry in &scored.entries {
         let of_entry = || runs.iter().filter(|run| run.method == entry.name);
-        let failed = of_entry().filter_map(|run| match &run.outcome {
-            Outcome::Failed(reason) => Some((run.seed, reason)),
-            _ => None,
-        });
+        let failed = of_entry().filter_map(|run| Some((run.seed, failure(run)?)));
         if let Some((seed, reason)) = failed.clone().next() {
             let (failed, all, name) = (failed.count(), of_entry().count(), &entry.name);
             progress.note(&format!(
@@ -79,22 +117,13 @@ fn told_of_failures(scored: &Scored, progress: &Progress) {
     }
 }
 
-/// Prints every table, and the viewpoint errors by family.
-fn print(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
-    for table in &scored.results.tables {
-        writeln!(stdout, "{}", table_text::tables(table, Style::Terminal))?;
-    }
-    writeln!(stdout, "{}", viewpoints(&scored.unseen, Style::Terminal))?;
-    Ok(())
+fn of_trajectories(scored: &Scored) -> impl Iterator<Item = &Table> {
+    scored.results.tables.iter().filter(|table| table.name() == TRAJECTORIES)
 }
 
-/// The viewpoint errors by family, of each model; under its name where there are several.
-fn viewpoints(unseen: &[(String, Vec<Unseen>)], style: Style) -> String {
-    let models = unseen.len();
-    let of_model = |(name, unseen): &(String, Vec<Unseen>)| {
-        let trials: Vec<ViewpointTrial> = unseen.iter().flat_map(|on| on.trials.iter().cloned()).collect();
-        let table = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style);
-        if models > 1 { format!("{name}\n\n{table}") } else { table }
-    };
-    unseen.iter().map(of_model).collect::<Vec<_>>().join("\n")
+fn failure(run: &Run) -> Option<&str> {
+    match &run.outcome {
+        Outcome::Failed(reason) => Some(reason),
+        _ => None,
+    }
 }

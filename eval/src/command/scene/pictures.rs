@@ -1,25 +1,46 @@
 //! What a run leaves to look at, and every trajectory as a TUM file.
 
 use super::line::{Scored, mean_likelihood};
-use crate::error::BenchError;
-use crate::figure::contact_sheet::contact_sheet_png;
+use crate::command::error::BenchError;
+use crate::figure::crop_table::{Block, crop_table_png};
+use crate::figure::gains::gains_svg;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::trajectory::{TopView, trajectory_svg};
 use crate::result::folder::ResultFolder;
-use crate::result::row_name::TRUTH;
+use crate::result::metric::Metric;
+use crate::result::paired::Paired;
+use crate::result::table::Table;
 use crate::result::trajectory::Trajectory;
 use crate::scene_file::row::Row;
+use crate::scene_file::row_name::TRUTH;
+use crate::scene_file::row_name::is_learned;
 use crate::score::pairs::Pairs;
+use crate::score::trajectory_scores::TRAJECTORIES;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
-use vantage_dataset::{Crop, Observations, Pose, Truth};
+use vantage_dataset::{Crop, Detection, Observations, Pose, Seed, Truth};
 
 /// Crops of an object on the sheet.
 const COLUMNS: usize = 16;
+/// Paths that are nowhere farther apart look like one, metres.
+const ALIKE: f64 = 0.001;
 
-/// Writes `<seed>/*.tum` for every seed, and the pictures of the first seed that has an episode.
-pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
-    let mut pictured = false;
+/// Writes `<seed>/*.tum` for every seed, and the pictures; those of an episode are of the seed in the middle of the paired
+/// differences or, where there are none, of the first that has one. Returns the names of the pictures.
+pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>, BenchError> {
+    let mut written = Vec::new();
+    let mut picture = |name: &'static str, bytes: &[u8]| {
+        written.push(name);
+        folder.write(name, bytes)
+    };
+    let trajectories = scored.results.tables.iter().find(|table| table.name() == TRAJECTORIES);
+    let gains: Vec<(&str, Paired)> = trajectories.map(gains).unwrap_or_default();
+    if let (Some(reference), false) = (trajectories.and_then(Table::reference), gains.is_empty()) {
+        picture("gains.svg", gains_svg(&scored.results.scene, reference, &gains)?.as_bytes())?;
+    }
+    let middle = gains.first().and_then(|(_, paired)| Some((paired.median_seed()?, paired.seeds())));
+    let first = scored.episodes.iter().find_map(|(seed, episode)| episode.as_ref().ok().map(|_| *seed));
+    let pictured = middle.map(|(seed, _)| seed).or(first);
     for ((seed, episode), (_, answers)) in scored.episodes.iter().zip(&scored.answers) {
         let Ok(episode) = episode else { continue };
         let observations = read_observations(&episode.folder)?;
@@ -41,18 +62,11 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
             let trajectory = Trajectory::new(observations.timestamps.clone(), poses.clone())?;
             folder.write_trajectory(&format!("{}/{name}.tum", seed.0), &trajectory)?;
         }
-        if !pictured {
-            pictured = true;
-            let mut estimates = Vec::new();
-            for (name, poses) in rows {
-                let alignment =
-                    Pairs::by_step(&truth.world_from_robot, &poses)?.true_world_from_estimate_world();
-                estimates.push((name, poses.iter().map(|pose| alignment * pose).collect::<Vec<_>>()));
-            }
-            let title = format!("{}, seed {}", scored.results.scene, seed.0);
-            folder.write("trajectory.svg", top_view(&title, &truth, &estimates)?.as_bytes())?;
+        if Some(*seed) == pictured {
+            let title = title(&scored.results.scene, *seed, middle.map(|(_, seeds)| seeds));
+            picture("trajectory.svg", top_view(&title, &truth, rows)?.as_bytes())?;
             if !observations.detections.is_empty() {
-                folder.write("crops.png", &sheet(&observations)?)?;
+                picture("crops.png", &sheet(&observations, &truth)?)?;
             }
         }
     }
@@ -60,13 +74,39 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
     let curves: Vec<_> = curves.filter(|(_, curve)| !curve.is_empty()).collect();
     if !curves.is_empty() {
         let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
-        let likelihood = likelihood_svg(title, &curves)?;
-        folder.write("likelihood.svg", likelihood.as_bytes())?;
+        picture("likelihood.svg", likelihood_svg(title, &curves)?.as_bytes())?;
     }
-    Ok(())
+    Ok(written)
 }
 
-fn top_view(title: &str, truth: &Truth, estimates: &[(&str, Vec<Pose>)]) -> Result<String, BenchError> {
+/// What rows with a model, and those of others, change of the reference's ATE.
+fn gains(table: &Table) -> Vec<(&str, Paired)> {
+    let learned = table.methods().iter().map(String::as_str).filter(|method| is_learned(method));
+    learned.filter_map(|method| Some((method, Paired::of(table, method, Metric::Ate)?))).collect()
+}
+
+fn title(scene: &str, seed: Seed, compared: Option<usize>) -> String {
+    let seed = seed.0;
+    match compared {
+        Some(seeds) if seeds > 1 => {
+            format!("{scene}, seed {seed}: the median of the differences on {seeds} seeds")
+        }
+        _ => format!("{scene}, seed {seed}"),
+    }
+}
+
+/// All paths, but a control that runs where the geometric estimate does.
+fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Vec<Pose>)>) -> Result<String, BenchError> {
+    let [control, geometric] = [Row::Uninformative, Row::Geometric].map(|row| row.to_string());
+    let path = |row: &str| rows.iter().find(|(name, _)| *name == row).map(|(_, poses)| poses);
+    if path(&control).zip(path(&geometric)).is_some_and(|(control, geometric)| alike(control, geometric)) {
+        rows.retain(|(name, _)| *name != control);
+    }
+    let mut estimates = Vec::new();
+    for (name, poses) in rows {
+        let alignment = Pairs::by_step(&truth.world_from_robot, &poses)?.true_world_from_estimate_world();
+        estimates.push((name, poses.iter().map(|pose| alignment * pose).collect::<Vec<_>>()));
+    }
     let objects: Vec<(&str, [f64; 2], f64)> = truth
         .objects
         .iter()
@@ -75,30 +115,64 @@ fn top_view(title: &str, truth: &Truth, estimates: &[(&str, Vec<Pose>)]) -> Resu
             (object.family.as_str(), [center.x, center.y], object.size / 2.0)
         })
         .collect();
-    // The control runs where the geometric estimate does.
-    let dashed = &Row::Uninformative.to_string();
-    Ok(trajectory_svg(&TopView {
-        title,
-        truth: &truth.world_from_robot,
-        estimates,
-        dashed,
-        objects: &objects,
-    })?)
+    let view = TopView { title, truth: &truth.world_from_robot, estimates: &estimates, objects: &objects };
+    Ok(trajectory_svg(&view)?)
 }
 
-/// One row an object, masked crops above boxed ones, evenly spread over the track.
-fn sheet(observations: &Observations) -> Result<Vec<u8>, BenchError> {
-    let mut tracks: BTreeMap<usize, Vec<(&Crop, &Crop)>> = BTreeMap::new();
+fn alike(a: &[Pose], b: &[Pose]) -> bool {
+    let apart = |(a, b): (&Pose, &Pose)| (a.translation.vector - b.translation.vector).norm();
+    a.len() == b.len() && a.iter().zip(b).map(apart).all(|distance| distance < ALIKE)
+}
+
+/// A block for each track, masked crops above boxed ones, evenly spread over the track.
+fn sheet(observations: &Observations, truth: &Truth) -> Result<Vec<u8>, BenchError> {
+    let mut tracks: BTreeMap<usize, Vec<&Detection>> = BTreeMap::new();
     for detection in &observations.detections {
-        tracks.entry(detection.track).or_default().push((&detection.masked_crop, &detection.boxed_crop));
+        tracks.entry(detection.track).or_default().push(detection);
     }
-    let mut rows = Vec::new();
-    for crops in tracks.values() {
-        let picked: Vec<_> = (0..COLUMNS.min(crops.len()))
-            .map(|column| crops[column * crops.len() / COLUMNS.min(crops.len())])
-            .collect();
-        rows.push(picked.iter().map(|(masked, _)| *masked).collect());
-        rows.push(picked.iter().map(|(_, boxed)| *boxed).collect());
+    let block = |(track, seen): (&usize, &Vec<&Detection>)| {
+        let columns = COLUMNS.min(seen.len());
+        let picked: Vec<&Detection> =
+            (0..columns).map(|column| seen[column * seen.len() / columns]).collect();
+        let family = truth.objects.get(*track).map_or("no object", |object| object.family.as_str());
+        let crops = |crop: fn(&Detection) -> &Crop| picked.iter().map(|seen| crop(seen).clone()).collect();
+        Block {
+            name: format!("{track} {family}"),
+            captions: picked.iter().map(|seen| format!("step {}", seen.step)).collect(),
+            rows: vec![
+                ("masked".to_owned(), crops(|seen| &seen.masked_crop)),
+                ("boxed".to_owned(), crops(|seen| &seen.boxed_crop)),
+            ],
+        }
+    };
+    Ok(crop_table_png(&tracks.iter().map(block).collect::<Vec<_>>())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_control_is_left_out_where_it_runs_with_the_geometric_estimate_alone() {
+        let path = |off: f64| -> Vec<Pose> {
+            (0..5).map(|i| Pose::translation(f64::from(i), off * f64::from(i), 0.0)).collect()
+        };
+        let truth = Truth {
+            world_from_robot: path(0.0),
+            objects: Vec::new(),
+            landmarks: Vec::new(),
+            detections: Vec::new(),
+        };
+        let drawn = |off: f64| {
+            let rows = vec![("geometric", path(0.0)), ("uninformative", path(off))];
+            top_view("s", &truth, rows).unwrap().contains("uninformative")
+        };
+        assert!(!drawn(0.0) && !drawn(0.000_1) && drawn(0.1));
     }
-    Ok(contact_sheet_png(&rows)?)
+
+    #[test]
+    fn the_title_says_which_of_the_seeds_is_shown() {
+        assert_eq!(title("s", Seed(3), Some(40)), "s, seed 3: the median of the differences on 40 seeds");
+        assert_eq!([title("s", Seed(3), Some(1)), title("s", Seed(3), None)], ["s, seed 3", "s, seed 3"]);
+    }
 }

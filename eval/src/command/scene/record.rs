@@ -1,7 +1,7 @@
 //! The manifest of a run, written while it runs: what it was asked, how long each stage took, what it was made of.
 
 use crate::command::cli::StageArgs;
-use crate::error::BenchError;
+use crate::command::error::BenchError;
 use crate::pipeline::{LoadedModel, Pipeline, ScoredViews, SeedEpisode, caveat};
 use crate::result::manifest::{Manifest, Renderer};
 use crate::score::entry::Entry;
@@ -22,11 +22,7 @@ impl Record {
     }
 
     /// Runs a stage, and notes how long it took.
-    pub fn timed<T>(
-        &mut self,
-        stage: &str,
-        run: impl FnOnce() -> Result<T, BenchError>,
-    ) -> Result<T, BenchError> {
+    pub fn timed<T, E>(&mut self, stage: &str, run: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let start = Instant::now();
         let made = run()?;
         self.0.took(stage, start.elapsed());

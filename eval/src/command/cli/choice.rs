@@ -1,0 +1,86 @@
+//! Words that options choose from.
+
+use clap::ValueEnum;
+use serde::Serialize;
+use vantage_dataset::Split;
+use vantage_sim::render::choice::RendererChoice as Renderers;
+
+/// How a dataset is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DatasetFormat {
+    /// `<seed>/`: everything, in our own layout.
+    Vantage,
+    /// `tum/<seed>/`: the true trajectory and that of odometry alone, for evo.
+    Tum,
+    /// `g2o/<seed>.g2o`: odometry as a pose graph, for GTSAM and g2o.
+    G2o,
+    /// `webdataset/`: crops with poses and labels in tar shards.
+    Webdataset,
+    /// `parquet/`: the same as a Hugging Face image dataset.
+    Parquet,
+    /// `bop/`: images, depth, masks, poses and meshes in the layout of the BOP challenge.
+    Bop,
+    /// `bop-webdataset/`: the same in the tar shards that BOP defines.
+    BopWebdataset,
+    /// `bigbird/`: images of a turntable, in the layout of BigBIRD.
+    Bigbird,
+    /// `avd/`: images of a grid, in the layout of the Active Vision dataset.
+    Avd,
+}
+
+/// A set of instances; no two share one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SplitChoice {
+    /// To train on.
+    Train,
+    /// To tune on.
+    Validation,
+    /// That which is scored.
+    #[default]
+    Test,
+}
+
+impl From<SplitChoice> for Split {
+    fn from(choice: SplitChoice) -> Self {
+        match choice {
+            SplitChoice::Train => Split::Train,
+            SplitChoice::Validation => Split::Validation,
+            SplitChoice::Test => Split::Test,
+        }
+    }
+}
+
+/// What renders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RendererChoice {
+    /// wgpu where there is a Vulkan driver, the reference renderer otherwise.
+    #[default]
+    Auto,
+    /// wgpu; an error where there is no Vulkan driver.
+    Wgpu,
+    /// The plain-Rust renderer, the same bits on any processor.
+    Reference,
+}
+
+impl From<RendererChoice> for Renderers {
+    fn from(choice: RendererChoice) -> Self {
+        match choice {
+            RendererChoice::Auto => Renderers::Auto,
+            RendererChoice::Wgpu => Renderers::Wgpu,
+            RendererChoice::Reference => Renderers::Reference,
+        }
+    }
+}
+
+/// A layout of real data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImportLayout {
+    /// BigBIRD: objects on a turntable.
+    Bigbird,
+    /// Active Vision: homes on a grid.
+    Avd,
+}

@@ -1,0 +1,409 @@
+//! The command line of `bench`.
+
+mod choice;
+
+pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice};
+
+use super::help::{EXAMPLES, EXIT_CODES};
+use super::shell::command_name;
+use super::source::unknown_word;
+use crate::progress::Loudness;
+use clap::builder::RangedI64ValueParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Benchmark for SLAM with learned, viewpoint-dependent object semantics.
+#[derive(Clone, Debug, PartialEq, Parser)]
+#[command(name = "bench", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(arg_required_else_help = true, after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
+pub struct Cli {
+    /// Another thing to do than to run a scene.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// The scene to run, and how.
+    #[command(flatten)]
+    pub run: RunArgs,
+    /// How much is said.
+    #[command(flatten)]
+    pub loudness: LoudnessArgs,
+}
+
+/// How much is said on standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
+pub struct LoudnessArgs {
+    /// Says nothing of progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Says all there is: why each run failed, how long each stage took.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+impl From<LoudnessArgs> for Loudness {
+    fn from(args: LoudnessArgs) -> Self {
+        match (args.quiet, args.verbose) {
+            (true, _) => Self::Quiet,
+            (_, true) => Self::Verbose,
+            _ => Self::Usual,
+        }
+    }
+}
+
+impl Cli {
+    /// The command line of this process, which ends with help, or with 2 and what is wrong.
+    pub fn of_process() -> Self {
+        Self::try_parse().unwrap_or_else(|error| {
+            let first = std::env::args().nth(1).filter(|_| error.use_stderr());
+            unknown_word(first.as_deref()).unwrap_or(error).exit()
+        })
+    }
+}
+
+/// What `bench` does.
+#[derive(Clone, Debug, PartialEq, Subcommand)]
+pub enum Command {
+    /// Tries the estimator's settings on validation objects: box errors, and the worth of a crop.
+    Calibrate(CalibrateArgs),
+    /// Compares fresh results with the committed ones.
+    Check(CheckArgs),
+    /// Writes crops, detections, odometry and truth as files.
+    Dataset(DatasetArgs),
+    /// Draws what a model makes of objects it has not seen: t-SNE of latents, predicted views, likely viewpoints.
+    Figures(FiguresArgs),
+    /// Tells what viewpoints are worth in a scene: ATE with an ideal sensor of azimuths, on validation objects.
+    Headroom(ValidationArgs),
+    /// Writes the index of a folder of results.
+    Index(IndexArgs),
+    /// Reads BigBIRD or Active Vision data into our own layout.
+    Import(ImportArgs),
+    /// Lists scenes, models and studies that come with the program.
+    List,
+    /// Draws the scene at a glance: the world from above, what the camera sees, crops.
+    Look(LookArgs),
+    /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
+    Models(ModelsArgs),
+    /// Trains models in several ways on the same views and compares them.
+    #[cfg(feature = "train")]
+    Study(StudyArgs),
+    /// Trains the scene's model from scratch.
+    #[cfg(feature = "train")]
+    Train(TrainArgs),
+    /// Prints the JSON schema (draft 07) of scene files.
+    Schema,
+    /// Prints what completes commands and options in a shell.
+    Completions(CompletionsArgs),
+    /// Prints the man page, or that of a command.
+    Man(ManArgs),
+}
+
+/// `bench SCENE`: from a scene file to tables.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct RunArgs {
+    /// The scene to run: a file, or the name of one that comes with the program (`bench list`).
+    #[arg(value_name = "SCENE", required = true)]
+    pub scene: Option<PathBuf>,
+    /// Folder that gets `scenes/NAME`, the results of the scene of that name: `results` for those that are committed.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Gives up a result of more seeds or of another model that lies in the folder.
+    #[arg(long)]
+    #[serde(skip)]
+    pub replace: bool,
+    /// Which tables are printed.
+    #[arg(long, value_enum, default_value_t)]
+    #[serde(skip)]
+    pub tables: TablesChoice,
+    /// Prints the results as JSON, and nothing else.
+    #[arg(long, conflicts_with = "tables")]
+    #[serde(skip)]
+    pub json: bool,
+    /// How it is made.
+    #[command(flatten)]
+    pub stages: StageArgs,
+}
+
+/// Which tables are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TablesChoice {
+    /// One of trajectories and one of latents.
+    #[default]
+    Short,
+    /// All that are written, and azimuths by family.
+    All,
+}
+
+/// `bench index RESULTS_DIR`: the index of a folder of results.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct IndexArgs {
+    /// The folder that holds `scenes` and `studies`.
+    #[arg(value_name = "RESULTS_DIR")]
+    pub results: PathBuf,
+}
+
+/// `bench calibrate SCENE [N]`: the estimator's settings on validation objects.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct CalibrateArgs {
+    /// On what.
+    #[command(flatten)]
+    pub validation: ValidationArgs,
+    /// Folder of a trained model, in place of the one that comes with the scene.
+    #[arg(long, value_name = "DIR")]
+    pub model: Option<PathBuf>,
+}
+
+/// Episodes with validation objects, under seeds that no table uses.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ValidationArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Number of episodes.
+    #[arg(value_name = "N", default_value_t = 30, allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
+    pub episodes: u64,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+}
+
+/// `bench check SCENE`: fresh results against the committed ones.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct CheckArgs {
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder of the committed results.
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub baseline: PathBuf,
+    /// How it is made.
+    #[command(flatten)]
+    pub stages: StageArgs,
+}
+
+/// `bench dataset SCENE --out DIR`: crops, detections, odometry and truth as files.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct DatasetArgs {
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder that gets the dataset.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Folder of intermediate results: a scene that comes with the program is laid out in it. Episodes are gone on with from --out.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// Formats, separated by commas.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "vantage")]
+    pub format: Vec<DatasetFormat>,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// Seeds 0 to N - 1 instead of those of the scene.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=100_000))]
+    pub seeds: Option<u64>,
+    /// Which of the disjoint sets of instances the objects are drawn from.
+    #[arg(long, value_enum, default_value_t)]
+    pub split: SplitChoice,
+}
+
+/// `bench figures SCENE --out DIR`: a model as pictures.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct FiguresArgs {
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder that gets the pictures.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// Folder of a trained model, in place of the one that comes with the scene.
+    #[arg(long, value_name = "DIR")]
+    pub model: Option<PathBuf>,
+    /// A view set to draw, as `bench import` makes them, in place of the scene's test instances.
+    #[arg(long, value_name = "DIR")]
+    pub views: Option<PathBuf>,
+}
+
+/// `bench import LAYOUT DIR --out DIR`: real data in our own layout.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ImportArgs {
+    /// The layout of the data.
+    #[arg(value_enum, value_name = "LAYOUT")]
+    pub layout: ImportLayout,
+    /// BigBIRD: the folder of the objects' folders. Active Vision: the folder of one scan.
+    #[arg(value_name = "DIR")]
+    pub source: PathBuf,
+    /// Folder that gets a view set (BigBIRD, or with `--views`) or an episode (Active Vision).
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Active Vision: the detections as a view set, which `bench train --views` reads, in place of an episode.
+    #[arg(long)]
+    pub views: bool,
+    /// Of a view set: the split that all objects are said to belong to.
+    /// `train` where it is not given.
+    #[arg(long, value_enum)]
+    pub split: Option<SplitChoice>,
+    /// Of a view set: only these objects, separated by commas.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub objects: Vec<String>,
+}
+
+/// `bench look SCENE`: the scene as one picture.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct LookArgs {
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// The PNG file, not the folder, to write; by default `out/NAME.png` after the scene's name.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// A Rerun file to write the episode of the first seed to. Needs a program built with `--features rerun`.
+    #[arg(long, value_name = "FILE.rrd")]
+    pub rerun: Option<PathBuf>,
+    /// Folder of intermediate results: a scene that comes with the program is laid out in it.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+}
+
+/// `bench study FILE`: models compared.
+#[cfg(feature = "train")]
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct StudyArgs {
+    /// The study: a file, or the name of one that comes with the program.
+    #[arg(value_name = "STUDY")]
+    pub study: PathBuf,
+    /// Folder that gets `studies/NAME`, the results of the study of that name: `results` for those that are committed.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+}
+
+/// `bench models DIR...`: what model folders hold.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ModelsArgs {
+    /// The folders.
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+}
+
+/// `bench train SCENE --out DIR`: the scene's model.
+#[cfg(feature = "train")]
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct TrainArgs {
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Folder that gets the model.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// A view set to train on, in place of the scene's.
+    #[arg(long, value_name = "DIR", requires = "validation_views")]
+    pub views: Option<PathBuf>,
+    /// A view set of other objects to calibrate on.
+    #[arg(long, value_name = "DIR", requires = "views")]
+    pub validation_views: Option<PathBuf>,
+    /// Trains on a GPU. Needs a program built with `--features gpu`.
+    #[arg(long)]
+    pub gpu: bool,
+}
+
+/// `bench completions SHELL`: for a shell's completion.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_enum, value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// `bench man [COMMAND]`: a man page.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct ManArgs {
+    /// A command, in place of the whole program.
+    #[arg(value_name = "COMMAND", value_parser = command_name)]
+    pub command: Option<String>,
+}
+
+/// Options of every command that runs all stages.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct StageArgs {
+    /// Folder of intermediate results, which a second run takes up.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t)]
+    pub renderer: RendererChoice,
+    /// Trains the model from scratch instead of taking the one that comes with the scene.
+    #[arg(long, conflicts_with = "model")]
+    pub train: bool,
+    /// Folder of a trained model; its row has the folder's name. May be given more than once.
+    #[arg(long, value_name = "DIR")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub model: Vec<PathBuf>,
+    /// Seeds 0 to N - 1 instead of those of the scene.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
+    pub seeds: Option<u64>,
+    /// Folder of another estimator's trajectories, `<seed>.tum` each; its row has the folder's name. May be given more than once.
+    #[arg(long, value_name = "DIR")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub trajectories: Vec<PathBuf>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parse(arguments: &str) -> Result<RunArgs, String> {
+        let words = std::iter::once("bench").chain(arguments.split_whitespace());
+        let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
+        if cli.command.is_some() { Err("a command".to_owned()) } else { Ok(cli.run) }
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_alone_has_documented_defaults() {
+        let run = parse("scenes/tabletop.yaml").unwrap();
+        assert_eq!((run.out.as_path(), run.stages.cache.as_path()), ("out".as_ref(), "cache".as_ref()));
+        assert_eq!(
+            (run.stages.renderer, run.stages.seeds, run.stages.train),
+            (RendererChoice::Auto, None, false)
+        );
+    }
+
+    #[test]
+    fn all_options_are_read_and_wrong_ones_refused() {
+        let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
+        assert_eq!((run.stages.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
+        assert_eq!(run.stages.model, [PathBuf::from("m")]);
+        for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
+        {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Why real data is not imported.
+
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why real data is not imported.
+#[derive(Debug, Error)]
+pub enum ImportRefusal {
+    /// A folder to import from lacks an object that was asked for.
+    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
+    NoObject {
+        /// Its name.
+        name: String,
+        /// Where it was looked for.
+        folder: PathBuf,
+    },
+    /// A folder to import from holds no object.
+    #[error(
+        "{} holds no object, that is, no folder with a calibration.h5: name the folder of the objects' folders",
+        folder.display()
+    )]
+    NoObjects {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A folder to import from is that of an object, in place of that of all.
+    #[error("{} holds the files of one object: name the folder above it", folder.display())]
+    OneObject {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Objects or a split are chosen of an episode, which has all objects and no split.
+    #[error("{option} is for a view set: add --views")]
+    ForViewSets {
+        /// The option.
+        option: &'static str,
+    },
+}

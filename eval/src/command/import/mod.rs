@@ -1,0 +1,122 @@
+//! `bench import LAYOUT DIR --out DIR`: real data in our own layout.
+
+pub mod error;
+
+use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
+use crate::command::error::BenchError;
+use crate::command::exit::Exit;
+use crate::progress::Progress;
+use crate::result::output_folder::OutputFolder;
+use error::ImportRefusal;
+use std::io::Write;
+use vantage_dataset::store::{Provenance, write_episode, write_views};
+use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet};
+use vantage_formats::avd::read_scan;
+use vantage_formats::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};
+use vantage_formats::{ImportReport, Skipped};
+
+/// Skipped files that are told one by one.
+const TOLD: usize = 10;
+
+/// Reads, writes, and tells what was left out.
+pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    if !args.source.is_dir() {
+        return Err(BenchError::NoFolder { folder: args.source.clone() });
+    }
+    if args.layout == ImportLayout::Avd && !args.views {
+        let given = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
+        if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+            return Err(ImportRefusal::ForViewSets { option }.into());
+        }
+    }
+    if args.out.is_file() {
+        return Err(BenchError::NotOurs { folder: args.out.clone() });
+    }
+    let progress = Progress::detect();
+    let out = OutputFolder::probe(&args.out)?;
+    let _lock = out.lock(&progress)?;
+    if !out.is_empty()? {
+        return Err(BenchError::NotOurs { folder: args.out.clone() });
+    }
+    let source = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let provenance = Provenance::from([("imported".to_owned(), source.into())]);
+    let (data, report) = match args.layout {
+        ImportLayout::Bigbird => bigbird(args)?,
+        ImportLayout::Avd => avd(args)?,
+    };
+    for skipped in report.skipped.iter().take(TOLD) {
+        progress.note(&format!("left out: {skipped}"));
+    }
+    if report.skipped.len() > TOLD {
+        progress.note(&format!("left out: {} more", report.skipped.len() - TOLD));
+    }
+    if report.views == 0 {
+        writeln!(stdout, "nothing to import in {}: nothing was written", args.source.display())?;
+        return Ok(Exit::NothingEvaluated);
+    }
+    let what = match &data {
+        Imported::Views(set) => {
+            write_views(out.path(), set, provenance)?;
+            format!("views of {} objects", set.instances.len())
+        }
+        Imported::Episode(episode) => {
+            write_episode(out.path(), episode, provenance)?;
+            format!("detections in {} images", episode.observations.steps())
+        }
+    };
+    writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;
+    Ok(Exit::Success)
+}
+
+/// What was read, to be written.
+enum Imported {
+    Views(ViewSet),
+    Episode(Box<Episode>),
+}
+
+fn bigbird(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
+    let mut folders = object_folders(&args.source)?;
+    if folders.is_empty() {
+        let folder = args.source.clone();
+        let one = is_object(&folder);
+        let refusal =
+            if one { ImportRefusal::OneObject { folder } } else { ImportRefusal::NoObjects { folder } };
+        return Err(refusal.into());
+    }
+    all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
+    folders
+        .retain(|folder| args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name)));
+    let (set, mut report) = read_objects(&folders, split(args), &|_| true)?;
+    if args.objects.is_empty() {
+        let uncalibrated = uncalibrated_folders(&args.source)?.into_iter();
+        let told = uncalibrated.map(|file| Skipped { file, reason: "no calibration.h5".to_owned() });
+        report.skipped.splice(..0, told);
+    }
+    Ok((Imported::Views(set), report))
+}
+
+fn avd(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
+    let scan = read_scan(&args.source)?;
+    if !args.views {
+        return Ok((Imported::Episode(Box::new(scan.episode)), scan.report));
+    }
+    all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
+    let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
+    let (set, report) = scan.views(split(args), &takes);
+    Ok((Imported::Views(set), report))
+}
+
+fn split(args: &ImportArgs) -> Split {
+    args.split.unwrap_or(SplitChoice::Train).into()
+}
+
+/// Refuses names of objects that the data do not have.
+fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), BenchError> {
+    match args.objects.iter().find(|name| !known(name)) {
+        Some(name) => {
+            let (name, folder) = (name.clone(), args.source.clone());
+            Err(ImportRefusal::NoObject { name, folder }.into())
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,78 @@
+//! What a run says on standard output: tables, where files lie, the answer.
+
+use super::line::Scored;
+use crate::command::cli::{RunArgs, TablesChoice};
+use crate::command::error::BenchError;
+use crate::command::places::places;
+use crate::result::grid::Style;
+use crate::result::report::TABLES;
+use crate::result::results_file::FILE_NAME;
+use crate::result::table::Table;
+use crate::result::{summary_text, table_text};
+use crate::scene_file::row_name::is_learned;
+use crate::score::trajectory_scores::TRAJECTORIES;
+use crate::score::unseen_table::{OF_GROUNDING, OF_LATENTS};
+use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
+use crate::score::viewpoint_table::viewpoint_table;
+use std::io::Write;
+use std::path::Path;
+
+/// Says it; as JSON, the results and nothing else.
+pub fn say(
+    args: &RunArgs,
+    scored: &Scored,
+    folder: &Path,
+    pictures: &[&str],
+    stdout: &mut impl Write,
+) -> Result<(), BenchError> {
+    if args.json {
+        return Ok(stdout.write_all(scored.results.to_json()?.as_bytes())?);
+    }
+    match args.tables {
+        TablesChoice::Short => short(scored, stdout)?,
+        TablesChoice::All => all(scored, stdout)?,
+    }
+    let mut kinds =
+        vec![("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", pictures.to_vec())];
+    if !scored.episodes.is_empty() {
+        kinds.push(("trajectories", vec!["<seed>/<method>.tum"]));
+    }
+    write!(stdout, "{}", places(folder, kinds))?;
+    if let Some(table) = named(scored, TRAJECTORIES) {
+        let learned = table.methods().iter().filter(|method| is_learned(method));
+        let answers: Vec<String> = learned.filter_map(|method| summary_text::answer(table, method)).collect();
+        if !answers.is_empty() {
+            writeln!(stdout, "\n{}", answers.join("\n"))?;
+        }
+    }
+    Ok(())
+}
+
+fn short(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
+    if let Some(table) = named(scored, TRAJECTORIES) {
+        writeln!(stdout, "{}", summary_text::trajectories(table))?;
+    }
+    if let (Some(latents), Some(classes)) = (named(scored, OF_LATENTS.name), named(scored, OF_GROUNDING.name))
+    {
+        writeln!(stdout, "{}", summary_text::latents(latents, classes))?;
+    }
+    Ok(())
+}
+
+/// Every table, and the viewpoint errors by family.
+fn all(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
+    let style = Style::terminal();
+    for table in &scored.results.tables {
+        writeln!(stdout, "{}", table_text::tables(table, style))?;
+    }
+    for (model, unseen) in &scored.unseen {
+        let trials: Vec<ViewpointTrial> = unseen.iter().flat_map(|on| on.trials.iter().cloned()).collect();
+        let by_family = viewpoint_table(&summarize_by_family(&trials), &summarize(&trials), style);
+        writeln!(stdout, "azimuths by {model}, by family, views of all seeds\n\n{by_family}")?;
+    }
+    Ok(())
+}
+
+fn named<'a>(scored: &'a Scored, name: &str) -> Option<&'a Table> {
+    scored.results.tables.iter().find(|table| table.name() == name)
+}

@@ -1,0 +1,94 @@
+//! Why a stage of the line has no answer.
+
+use super::model_error::ModelRefusal;
+use crate::result::output_folder::OutputError;
+use crate::result::table::TableError;
+use crate::scene_file::SceneFileError;
+use crate::scene_file::study::VariantError;
+use crate::score::pairs::PairsError;
+use std::path::PathBuf;
+use thiserror::Error;
+use vantage_dataset::store::StoreError;
+use vantage_model::AnswerError;
+use vantage_sim::error::SimError;
+use vantage_sim::render::RenderError;
+use vantage_slam::EstimateError;
+
+/// Why a stage of the line has no answer.
+#[derive(Debug, Error)]
+pub enum StageError {
+    /// See [`SceneFileError`].
+    #[error(transparent)]
+    Scene(#[from] SceneFileError),
+    /// See [`RenderError`].
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// See [`SimError`].
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// See [`StoreError`].
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// See [`OutputError`].
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// See [`vantage_learn::ModelError`].
+    #[error(transparent)]
+    Model(#[from] vantage_learn::ModelError),
+    /// See [`AnswerError`].
+    #[error("observation model: {0}")]
+    Answer(#[from] AnswerError),
+    /// See [`ModelRefusal`].
+    #[error(transparent)]
+    Refused(#[from] ModelRefusal),
+    /// See [`vantage_learn::TrainError`].
+    #[cfg(feature = "train")]
+    #[error(transparent)]
+    Train(#[from] vantage_learn::TrainError),
+    /// A view set that is to be scored is not there.
+    #[error("there is no folder {}", folder.display())]
+    NoViews {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// See [`EstimateError`].
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// Scores that are no numbers, which are not cached.
+    #[error(
+        "the model's scores on unseen instances of seed {seed} are not all finite numbers: check its outputs and its residual"
+    )]
+    NotFinite {
+        /// The seed of the instances.
+        seed: u64,
+    },
+    /// A cached answer is not what was written.
+    #[error("{}: {reason}; remove the cache entry and run again", path.display())]
+    StoredAnswers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// See [`VariantError`].
+    #[error(transparent)]
+    Variant(#[from] VariantError),
+    /// A study of known instances whose sessions are too short.
+    #[error(
+        "scored: known holds out every fourth view of a session, but of instance {instance} no session has four: raise \
+         views.views_per_instance of the study's scene, or lower views.sessions"
+    )]
+    NothingHeldOut {
+        /// Its place among the training instances.
+        instance: usize,
+    },
+    /// An estimator answered with poses that cannot be scored.
+    #[error("an estimate cannot be scored: {0}")]
+    Pairs(#[from] PairsError),
+    /// The pipeline handed over runs that make no table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A value of ours that JSON cannot hold.
+    #[error("cannot write as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}

@@ -1,0 +1,76 @@
+//! Why a model is not scored.
+
+use std::path::PathBuf;
+use thiserror::Error;
+use vantage_dataset::InstanceId;
+use vantage_learn::Kind;
+
+/// Why a model is not scored.
+#[derive(Debug, Error)]
+pub enum ModelRefusal {
+    /// A model's folder is not there.
+    #[error(
+        "there is no folder {}, which --model or the scene's training.reference names (relative to the scene file: put it beside \
+         the others, into scenes/): name one that is there or that `bench train` wrote by --model DIR, or train one with --train",
+        folder.display()
+    )]
+    NoModel {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A scene without a model, in a program that cannot train one.
+    #[cfg(not(feature = "train"))]
+    #[error(
+        "this program was built without training: build it with `--features train`, or name a model with --model"
+    )]
+    CannotTrain,
+    /// An instance that would be scored is among those that the model has seen.
+    #[error(
+        "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \
+         unseen instances", instance.0, folder.display()
+    )]
+    Leak {
+        /// The instance.
+        instance: InstanceId,
+        /// The model's folder.
+        folder: PathBuf,
+    },
+    /// A model that the estimator can do nothing with.
+    #[error(
+        "the model in {} is of kind {kind} and does not tell what an object looks like from a viewpoint; the estimator needs a \
+         viewpoint_dependent one, or a viewpoint_predictive one whose latent turns. `bench figures` takes any, and so does a study by `folder`", folder.display()
+    )]
+    NotViewing {
+        /// The model's folder.
+        folder: PathBuf,
+        /// Its kind.
+        kind: Kind,
+    },
+    /// A scene whose own model would be one that the estimator can do nothing with.
+    #[error(
+        "scene {scene}: training.model makes a model that does not tell what an object looks like from a viewpoint, as the estimator \
+         needs it. Set its objective to viewpoint_dependent or discrete_class, or to viewpoint_predictive with predictive.motion \
+         object_centred and pairs_per_harmonic above 0, or name another model by --model. `bench figures` takes any, and so does a study by `folder`"
+    )]
+    ObjectiveNotViewing {
+        /// Its name.
+        scene: String,
+    },
+    /// A model whose folder gives its row no name.
+    #[error(
+        "--model {}: the folder's name is that of the model's row, which takes letters, digits, '-', '_' and '.' alone; rename \
+         the folder", folder.display()
+    )]
+    Unnamed {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A model whose row would have the name of another.
+    #[error("--model {}: another row, or the truth, is named {name}; rename the folder", folder.display())]
+    Named {
+        /// The folder.
+        folder: PathBuf,
+        /// The name.
+        name: String,
+    },
+}

@@ -1,0 +1,22 @@
+//! Why results are not saved.
+
+use super::output_folder::OutputError;
+use thiserror::Error;
+use vantage_dataset::store::StoreError;
+
+/// Why results are not saved.
+#[derive(Debug, Error)]
+pub enum SaveError {
+    /// See [`OutputError`].
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// See [`StoreError`].
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A value of ours that JSON cannot hold.
+    #[error("cannot write as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// A table that CSV cannot hold.
+    #[error("cannot write as CSV: {0}")]
+    Csv(#[from] csv::Error),
+}

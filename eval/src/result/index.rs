@@ -1,0 +1,183 @@
+//! The index of a folder of results: what scenes gave, and which studies there are.
+
+use super::kind::ResultKind;
+use super::metric::Metric;
+use super::paired::Paired;
+use super::report::TABLES;
+use super::results_file::{FILE_NAME, Results, ResultsError};
+use super::statistics::Mean;
+use super::table::Table;
+use crate::scene_file::row::Row;
+use crate::scene_file::row_name::is_learned;
+use crate::score::trajectory_scores::TRAJECTORIES;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const TABLE_HEAD: &str = "\
+| scene | seeds | odometry | geometric | learned | paired difference | seeds better |
+|---|---|---|---|---|---|---|
+";
+
+/// A table of all scenes below `root` that have trajectories, Markdown, those that gain most first; links begin with `prefix`.
+///
+/// Mean ATE in metres; the difference is the learned row's less that of geometry alone on the same seed, with its 95% interval.
+pub fn scene_table(root: &Path, prefix: &str) -> Result<String, ResultsError> {
+    let mut rows = Vec::new();
+    for folder in folders(root, ResultKind::Scene) {
+        let results = Results::read(&folder)?;
+        let trajectories = results.tables.iter().filter(|table| table.name() == TRAJECTORIES);
+        for table in trajectories {
+            let learned: Vec<&String> = table.methods().iter().filter(|method| is_learned(method)).collect();
+            for method in &learned {
+                let label = match learned.len() {
+                    1 => results.scene.clone(),
+                    _ => format!("{}, {method}", results.scene),
+                };
+                let link = format!("[{label}]({prefix}scenes/{}/{TABLES})", results.scene);
+                let paired = Paired::of(table, method, Metric::Ate);
+                let gain = paired.as_ref().and_then(Paired::mean).map_or(f64::INFINITY, |mean| mean.mean);
+                rows.push((gain, row(&link, table, method, paired.as_ref())));
+            }
+        }
+    }
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+    Ok(TABLE_HEAD.to_owned() + &rows.into_iter().map(|(_, row)| row).collect::<String>())
+}
+
+fn row(link: &str, table: &Table, method: &str, paired: Option<&Paired>) -> String {
+    let summary = table.summary();
+    let ate = |method: &str| {
+        let cell = summary.iter().find(|cell| cell.method == method && cell.metric == Metric::Ate);
+        cell.and_then(|cell| cell.mean).map_or_else(|| "-".to_owned(), |mean| metres(mean.mean))
+    };
+    let difference =
+        paired.and_then(Paired::mean).map_or_else(|| "-".to_owned(), |mean| with_interval(&mean));
+    let better =
+        paired.map_or_else(|| "-".to_owned(), |paired| format!("{} of {}", paired.better(), paired.seeds()));
+    let [odometry, geometric] = [Row::Odometry, Row::Geometric].map(|row| ate(&row.to_string()));
+    let (seeds, learned) = (table.seeds().len(), ate(method));
+    format!("| {link} | {seeds} | {odometry} | {geometric} | {learned} | {difference} | {better} |\n")
+}
+
+/// The whole index, Markdown, with links from `root`.
+pub fn index(root: &Path) -> Result<String, ResultsError> {
+    let mut text = format!(
+        "# Results\n\nMade by `bench index`, from the files beside it.\n\n## Scenes\n\n\
+         Mean error of the trajectory (ATE) in metres, first poses aligned.\n\
+         The paired difference is *learned* less *geometric* on the same seed, with its 95% interval.\n\
+         Less than zero is a gain.\n\n{}\n",
+        scene_table(root, "")?
+    );
+    for folder in folders(root, ResultKind::Scene) {
+        text += &line(root, &folder, "");
+    }
+    text += "\n## Studies\n\n";
+    for folder in folders(root, ResultKind::Study) {
+        text += &line(root, &folder, &format!(": {}", title(&folder)));
+    }
+    Ok(text)
+}
+
+/// `- name: title [tables](..), [raw scores](..), [origin](..), [picture](..)`, as far as there are such files.
+fn line(root: &Path, folder: &Path, title: &str) -> String {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let place = folder.strip_prefix(root).unwrap_or(folder).to_string_lossy().replace('\\', "/");
+    let known = [(TABLES, "tables"), (FILE_NAME, "raw scores"), ("manifest.json", "origin")];
+    let known = known.into_iter().map(|(file, label)| (file.to_owned(), label.to_owned()));
+    let pictures = pictures(folder).into_iter().map(|file| (file.clone(), file));
+    let links = known.chain(pictures).filter(|(file, _)| folder.join(file).exists());
+    let links: Vec<String> = links.map(|(file, label)| format!("[{label}]({place}/{file})")).collect();
+    let readme = "README.md";
+    let name = match folder.join(readme).exists() {
+        true => format!("[{name}]({place}/{readme})"),
+        false => name.into_owned(),
+    };
+    format!("- {name}{title}\n  ({})\n", links.join(", "))
+}
+
+/// What a study is about: the title of its README or, without one, its purpose.
+fn title(folder: &Path) -> String {
+    let read = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
+    let first = read("README.md").lines().find_map(|line| line.strip_prefix("# ").map(str::to_owned));
+    first.unwrap_or_else(|| read("variants.md").lines().nth(2).unwrap_or_default().to_owned())
+}
+
+fn pictures(folder: &Path) -> Vec<String> {
+    let is_picture = |name: &String| name.ends_with(".svg") || name.ends_with(".png");
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> =
+        entries.filter_map(|entry| entry.file_name().into_string().ok()).filter(is_picture).collect();
+    names.sort();
+    names
+}
+
+/// The folders of finished results of a kind, by name.
+pub fn folders(root: &Path, of: ResultKind) -> Vec<PathBuf> {
+    let place = of.place(root, "");
+    let entries = fs::read_dir(place).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut folders: Vec<PathBuf> = entries.filter(|path| path.join(FILE_NAME).exists()).collect();
+    folders.sort();
+    folders
+}
+
+/// To a millimetre, zero without sign.
+fn metres(value: f64) -> String {
+    let text = format!("{value:.3}");
+    if text == "-0.000" { "0.000".to_owned() } else { text }
+}
+
+fn with_interval(mean: &Mean) -> String {
+    let half = mean.half_width.map(|half| format!(" +- {}", metres(half))).unwrap_or_default();
+    metres(mean.mean) + &half
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::tests::{METHODS, run, runs, table};
+    use super::*;
+    use vantage_dataset::Seed;
+
+    fn write(root: &Path, of: ResultKind, name: &str, table: Table) -> PathBuf {
+        let folder = of.place(root, name);
+        fs::create_dir_all(&folder).unwrap();
+        let results = Results::new(name, "abc", vec![table]);
+        fs::write(folder.join(FILE_NAME), results.to_json().unwrap()).unwrap();
+        folder
+    }
+
+    #[test]
+    fn scenes_are_compared_and_studies_are_told_of() {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        write(root, ResultKind::Scene, "gains", table(runs()).unwrap());
+        let mut worse = runs();
+        for run in worse.iter_mut().filter(|run| run.method == METHODS[2]) {
+            *run.scores.get_mut(&Metric::Ate).unwrap() += 0.0999;
+        }
+        write(root, ResultKind::Scene, "a_loss", table(worse).unwrap());
+        let latents = vec![run("a", 0, &[(Metric::Ari, 0.5)])];
+        let latents = Table::new("latents", &["a"], None, &[Metric::Ari], &[Seed(0)], latents).unwrap();
+        let study = write(root, ResultKind::Study, "mine", latents);
+        fs::write(study.join("variants.md"), "# mine\n\nWhat it shows.\n").unwrap();
+        fs::write(study.join("latents.png"), "").unwrap();
+        fs::create_dir_all(root.join("studies/unfinished")).unwrap();
+
+        let table = scene_table(root, "results/").unwrap();
+        let lines: Vec<&str> = table.lines().skip(2).collect();
+        assert_eq!(lines.len(), 2, "{table}");
+        assert_eq!(
+            lines[0],
+            "| [gains](results/scenes/gains/tables.md) | 4 | 1.000 | 0.650 | 0.550 | -0.100 +- 0.000 | 4 of 4 |"
+        );
+        assert!(lines[1].contains("| 0.650 | 0.000 +- 0.000 | 4 of 4 |"), "{table}");
+        let text = index(root).unwrap();
+        assert!(
+            text.contains(
+                "- mine: What it shows.\n  ([raw scores](studies/mine/results.json), [latents.png]"
+            )
+        );
+        assert!(!text.contains("unfinished") && text.contains("](scenes/gains/tables.md)"), "{text}");
+        fs::write(study.join("README.md"), "# A title\n").unwrap();
+        assert!(index(root).unwrap().contains("- [mine](studies/mine/README.md): A title\n"));
+    }
+}

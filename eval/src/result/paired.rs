@@ -1,0 +1,95 @@
+//! Paired differences: a method's score less the reference's on the same seed.
+
+use super::metric::{Better, Metric};
+use super::statistics::Mean;
+use super::table::Table;
+use vantage_dataset::Seed;
+
+/// Differences by seed, at least one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Paired {
+    metric: Metric,
+    differences: Vec<(Seed, f64)>,
+}
+
+impl Paired {
+    /// Over the seeds on which both scores are defined; `None` where that is none, or the table has no reference, or the method is it.
+    pub fn of(table: &Table, method: &str, metric: Metric) -> Option<Self> {
+        let reference = table.reference().filter(|reference| *reference != method)?;
+        let score = |index: usize, method: &str| table.runs_of(method)[index].scores.get(&metric).copied();
+        let difference = |(index, &seed)| Some((seed, score(index, method)? - score(index, reference)?));
+        let differences: Vec<_> = table.seeds().iter().enumerate().filter_map(difference).collect();
+        (!differences.is_empty()).then_some(Self { metric, differences })
+    }
+
+    /// How many seeds have both scores.
+    pub fn seeds(&self) -> usize {
+        self.differences.len()
+    }
+
+    /// Their mean, summed in the order of the seeds.
+    pub fn mean(&self) -> Option<Mean> {
+        Mean::of(&self.differences.iter().map(|(_, difference)| *difference).collect::<Vec<_>>())
+    }
+
+    /// On how many seeds the method is better than the reference; of a score that has a target, none.
+    pub fn better(&self) -> usize {
+        let better = |difference: f64| match self.metric.better() {
+            Better::Lower => difference < 0.0,
+            Better::Higher => difference > 0.0,
+            Better::Near(_) => false,
+        };
+        self.differences.iter().filter(|(_, difference)| better(*difference)).count()
+    }
+
+    /// Rising, equal ones by seed.
+    pub fn sorted(&self) -> Vec<(Seed, f64)> {
+        let mut sorted = self.differences.clone();
+        sorted.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        sorted
+    }
+
+    /// The seed in the middle of them, the lower one of two.
+    pub fn median_seed(&self) -> Option<Seed> {
+        self.sorted().get((self.differences.len() - 1) / 2).map(|(seed, _)| *seed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::tests::{METHODS, run};
+    use super::*;
+
+    /// ATE of the learned method less the reference's: -0.3, 0.1, -0.1, and none on seed 3.
+    fn table() -> Table {
+        let learned = [0.2, 0.6, 0.4];
+        let mut runs: Vec<_> =
+            (0..4).flat_map(|seed| METHODS.map(|method| run(method, seed, &[(Metric::Ate, 0.5)]))).collect();
+        for run in runs.iter_mut().filter(|run| run.method == METHODS[2]) {
+            match learned.get(run.seed.0 as usize) {
+                Some(ate) => run.scores.insert(Metric::Ate, *ate),
+                None => run.scores.remove(&Metric::Ate),
+            };
+        }
+        let seeds: Vec<Seed> = (0..4).map(Seed).collect();
+        Table::new("trajectory", &METHODS, Some(METHODS[1]), &[Metric::Ate], &seeds, runs).unwrap()
+    }
+
+    #[test]
+    fn seeds_that_have_both_are_counted_sorted_and_the_middle_one_is_told() {
+        let paired = Paired::of(&table(), METHODS[2], Metric::Ate).unwrap();
+        assert_eq!((paired.seeds(), paired.better()), (3, 2));
+        assert_eq!(paired.sorted().iter().map(|(seed, _)| seed.0).collect::<Vec<_>>(), [0, 2, 1]);
+        assert_eq!(paired.median_seed(), Some(Seed(2)));
+        assert!((paired.mean().unwrap().mean + 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_reference_and_tables_without_one_have_none() {
+        assert_eq!(Paired::of(&table(), METHODS[1], Metric::Ate), None);
+        assert_eq!(Paired::of(&table(), METHODS[2], Metric::Heading), None);
+        let runs = vec![run("a", 0, &[(Metric::Ate, 1.0)])];
+        let alone = Table::new("t", &["a"], None, &[Metric::Ate], &[Seed(0)], runs).unwrap();
+        assert_eq!(Paired::of(&alone, "a", Metric::Ate), None);
+    }
+}

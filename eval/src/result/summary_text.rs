@@ -1,0 +1,169 @@
+//! What a run says first: a table of trajectories, one of latents, and the answer in words.
+
+use super::grid::{Style, UNDEFINED, draw};
+use super::metric::Metric;
+use super::paired::Paired;
+use super::table::{Summary, Table};
+use super::table_text::{mean_text, runs_text};
+
+/// Columns of a terminal that both tables fit into.
+const WIDTH: u16 = 100;
+
+/// Trajectories: error, paired difference to the reference, seeds that are better, heading.
+pub fn trajectories(table: &Table) -> String {
+    let summary = table.summary();
+    let mut head = vec!["Method".to_owned(), "Runs".to_owned(), "ATE [m] ↓".to_owned()];
+    if let Some(reference) = table.reference() {
+        head.extend([format!("Difference to\n{reference} [m] ↓"), "Seeds\nbetter".to_owned()]);
+    }
+    head.push("Heading\n[deg] ↓".to_owned());
+    let row = |method: &String| {
+        let mean = |metric| mean_of(&summary, method, metric);
+        let mut row = vec![method.clone(), runs_text(table, method), mean(Metric::Ate)];
+        if table.reference().is_some() {
+            let paired = Paired::of(table, method, Metric::Ate);
+            let runs = table.seeds().len();
+            let difference = paired.as_ref().map(|paired| mean_text(Metric::Ate, paired.mean(), runs));
+            let better = paired.map(|paired| format!("{} of {}", paired.better(), paired.seeds()));
+            row.extend([difference, better].map(|text| text.unwrap_or_else(|| UNDEFINED.to_owned())));
+        }
+        row.push(mean(Metric::Heading));
+        row
+    };
+    let drawn = draw(Style::Terminal(WIDTH), &head, table.methods().iter().map(row).collect());
+    format!("Trajectories, {}\n{drawn}\n", over(table))
+}
+
+/// Latents of single views: clusters, retrieval, azimuth, class from a few tags.
+pub fn latents(latents: &Table, classes: &Table) -> String {
+    let summaries = [latents.summary(), classes.summary()];
+    let head =
+        ["Method", "ARI ↑", "Recall@1,\nother light ↑", "Azimuth,\nmedian [deg] ↓", "Class by\n10 tags ↑"];
+    let columns = [
+        (0, Metric::Ari),
+        (0, Metric::RecallAt1AcrossLight),
+        (0, Metric::ViewpointMedian),
+        (1, Metric::NearestOf10),
+    ];
+    let row = |method: &String| {
+        let cells =
+            columns.iter().map(|&(table, metric): &(usize, _)| mean_of(&summaries[table], method, metric));
+        std::iter::once(method.clone()).chain(cells).collect()
+    };
+    let rows = latents.methods().iter().map(row).collect();
+    let drawn = draw(Style::Terminal(WIDTH), &head.map(str::to_owned), rows);
+    format!("Latents of single views of unseen objects, {}\n{drawn}\n", over(latents))
+}
+
+/// What a method does to the reference's ATE, as far as the interval of the paired differences tells; `None` without one.
+pub fn answer(table: &Table, method: &str) -> Option<String> {
+    let paired = Paired::of(table, method, Metric::Ate)?;
+    let mean = paired.mean()?;
+    let (low, high) = mean.interval()?;
+    let (reference, metres) = (table.reference()?, |value: f64| Metric::Ate.display(value));
+    let (better, seeds) = (paired.better(), paired.seeds());
+    let counted = format!("{better} of {seeds} seeds are better");
+    Some(match () {
+        () if high < 0.0 => format!(
+            "{method} lowers the mean ATE of {reference} by {} m (95% interval {} to {} m); {counted}.",
+            metres(-mean.mean),
+            metres(-high),
+            metres(-low)
+        ),
+        () if low > 0.0 => format!(
+            "{method} raises the mean ATE of {reference} by {} m (95% interval {} to {} m); {counted}.",
+            metres(mean.mean),
+            metres(low),
+            metres(high)
+        ),
+        () => format!(
+            "{method} neither lowers nor raises the mean ATE of {reference} for certain: the 95% interval of the \
+             difference, {} to {} m, holds 0; {counted}.",
+            metres(low),
+            metres(high)
+        ),
+    })
+}
+
+fn mean_of(summary: &[Summary], method: &str, metric: Metric) -> String {
+    let cell = summary.iter().find(|cell| cell.method == method && cell.metric == metric);
+    cell.map_or_else(|| UNDEFINED.to_owned(), |cell| mean_text(metric, cell.mean, cell.runs))
+}
+
+fn over(table: &Table) -> String {
+    match table.seeds().len() {
+        1 => "one seed".to_owned(),
+        seeds => format!("mean +- 95% interval over {seeds} seeds"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::tests::{METHODS, run, runs, table};
+    use super::super::table::{Outcome, Run};
+    use super::*;
+    use vantage_dataset::Seed;
+
+    fn widest(text: &str) -> usize {
+        text.lines().map(|line| line.chars().count()).max().unwrap_or(0)
+    }
+
+    #[test]
+    fn trajectories_fit_their_width_and_tell_differences_and_seeds_that_are_better() {
+        let text = trajectories(&table(runs()).unwrap());
+        let cells = |method: &str| -> Vec<String> {
+            let line = text.lines().find(|line| line.contains(&format!("│ {method}"))).unwrap();
+            line.split(['│', '┆'])
+                .map(|cell| cell.trim().to_owned())
+                .filter(|cell| !cell.is_empty())
+                .collect()
+        };
+        assert!(widest(&text) <= 100, "{text}");
+        assert_eq!(cells(METHODS[2])[3..5], ["-0.1000 +- 0.0000", "4 of 4"]);
+        assert_eq!(cells(METHODS[1])[3..5], ["-", "-"]);
+        let mut long = runs();
+        long.iter_mut().filter(|run| run.seed == Seed(0)).for_each(|run| {
+            run.outcome = Outcome::Failed("diverged".into());
+            run.scores.clear();
+        });
+        let text = trajectories(&table(long).unwrap());
+        assert!(widest(&text) <= 100 && text.contains("4 (1 failed)"), "{text}");
+    }
+
+    #[test]
+    fn latents_stand_in_one_table_of_the_same_width() {
+        let metrics = [Metric::Ari, Metric::RecallAt1AcrossLight, Metric::ViewpointMedian];
+        let of = |name: &str, metrics: &[Metric]| {
+            let row = |method: &str, seed: u64| {
+                run(method, seed, &metrics.iter().map(|&metric| (metric, 0.25)).collect::<Vec<_>>())
+            };
+            let methods = ["viewpoint_predictive", "pixels_pca64"];
+            let runs: Vec<Run> = (0..2).flat_map(|seed| methods.map(|method| row(method, seed))).collect();
+            Table::new(name, &methods, Some(methods[1]), metrics, &[Seed(0), Seed(1)], runs).unwrap()
+        };
+        let text = latents(&of("latents", &metrics), &of("grounding", &[Metric::NearestOf10]));
+        assert!(widest(&text) <= 100 && text.matches("0.250 +- 0.000").count() == 6, "{text}");
+        assert!(text.contains("14.324 +- 0.000"), "degrees: {text}");
+    }
+
+    #[test]
+    fn the_answer_is_that_of_the_interval() {
+        let shifted = |by: [f64; 4]| {
+            let mut runs = runs();
+            for run in runs.iter_mut().filter(|run| run.method == METHODS[2]) {
+                run.scores.insert(Metric::Ate, 0.5 + 0.1 * run.seed.0 as f64 + by[run.seed.0 as usize]);
+            }
+            table(runs).unwrap()
+        };
+        let told = |by| answer(&shifted(by), METHODS[2]).unwrap();
+        assert!(told([-0.1, -0.11, -0.1, -0.11]).contains("lowers the mean ATE of geometric by 0.1050 m"));
+        assert!(
+            told([0.1, 0.11, 0.1, 0.11]).contains("raises")
+                && told([0.1, 0.11, 0.1, 0.11]).contains("0 of 4")
+        );
+        let open = told([-0.1, 0.1, -0.1, 0.05]);
+        assert!(open.contains("holds 0") && open.contains("2 of 4 seeds are better"), "{open}");
+        assert_eq!(answer(&shifted([0.0; 4]), METHODS[1]), None);
+        assert_eq!(answer(&shifted([0.0; 4]).on(&[Seed(1)]), METHODS[2]), None);
+    }
+}

@@ -1,0 +1,55 @@
+//! `bench calibrate` and `bench headroom`: settings tried on validation objects.
+
+use vantage_tests::{Finished, SmallScene, bench, root};
+
+fn on(scene: &SmallScene, command: &str, more: &[&str]) -> Finished {
+    let mut bench = bench();
+    bench.arg(command).arg(scene.path("scene.yaml")).args(more);
+    Finished::of(bench.args(["--renderer", "reference", "--cache"]).arg(scene.path("cache")))
+}
+
+/// The cells of each row of the table, but for its head.
+fn rows(printed: &str) -> Vec<Vec<&str>> {
+    let lines = printed.lines().filter(|line| line.starts_with('│'));
+    lines.skip(1).map(|line| line.trim_matches('│').split(['│', '┆']).map(str::trim).collect()).collect()
+}
+
+#[test]
+fn the_worth_of_a_crop_is_told_by_its_scale() {
+    let scene = SmallScene::new(&[]);
+    let first = on(&scene, "calibrate", &["2"]);
+    first.expect(0, &[]);
+    assert!(first.stdout.contains("size over box side: 1."), "{}", first.stdout);
+    let rows = rows(&first.stdout);
+    let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
+    assert_eq!(names, ["geometric", "1", "0.5", "0.25", "0.1", "0.05"]);
+    assert_eq!(rows[0][2], "0.0000");
+    assert!(rows.iter().all(|row| row[1..].iter().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite))));
+    assert!(rows[1][1] != rows[5][1], "the scale changes nothing: {rows:?}");
+    assert_eq!(on(&scene, "calibrate", &["2"]).stdout, first.stdout);
+}
+
+#[test]
+fn a_sharp_sensor_of_azimuths_moves_the_estimate_more_than_a_blunt_one() {
+    let scene = SmallScene::new(&[]);
+    let told = on(&scene, "headroom", &["2"]);
+    told.expect(0, &[]);
+    let rows = rows(&told.stdout);
+    let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
+    assert_eq!(names, ["geometric", "2", "5", "10", "20"]);
+    let moved = |row: usize| rows[row][2].parse::<f64>().unwrap_or(f64::NAN).abs();
+    assert!(moved(0) == 0.0 && moved(1) > moved(4), "{rows:?}");
+}
+
+#[test]
+fn what_gives_no_trajectory_is_refused_with_a_remedy() {
+    let scene = SmallScene::new(&[("yaw_deg: 90", "yaw_deg: -90")]);
+    for command in ["calibrate", "headroom"] {
+        on(&scene, command, &["1"]).expect(4, &["no object was detected", "robot.camera"]);
+        on(&scene, command, &["0"]).expect(2, &["0 is not in 1..=1000"]);
+        let mut bench = bench();
+        bench.arg(command).arg(root().join("scenes/turntable.yaml")).args(["1", "--cache"]);
+        Finished::of(bench.arg(scene.path("cache"))).expect(2, &["no robot drives", "turntable.yaml"]);
+    }
+    on(&scene, "calibrate", &["1", "--model", "nowhere"]).expect(2, &["nowhere", "--model"]);
+}
