@@ -63,3 +63,23 @@ fn finite(seed: Seed, scores: Unseen) -> Result<Unseen, StageError> {
     serde_json::from_slice::<Unseen>(&json).map_err(|_| StageError::NotFinite { seed: seed.0 })?;
     Ok(scores)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn scores_that_are_no_numbers_are_not_cached() {
+        let scores = |at_truth: f64| Unseen {
+            model: BTreeMap::new(),
+            floor: BTreeMap::new(),
+            trials: Vec::new(),
+            likelihood: vec![(0.0, at_truth)],
+        };
+        assert!(finite(Seed(3), scores(-1.5)).is_ok());
+        for broken in [f64::NAN, f64::INFINITY] {
+            assert!(matches!(finite(Seed(3), scores(broken)), Err(StageError::NotFinite { seed: 3 })));
+        }
+    }
+}
