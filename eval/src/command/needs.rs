@@ -22,6 +22,8 @@ impl Cli {
             return Some(Source { path, kind: FileKind::Scene, cache: &self.run.stages.cache });
         };
         let (path, cache) = match command {
+            Command::Calibrate(args) => (&mut args.validation.scene, &args.validation.cache),
+            Command::Headroom(args) => (&mut args.scene, &args.cache),
             Command::Check(args) => (&mut args.scene, &args.stages.cache),
             Command::Dataset(args) => (&mut args.scene, &args.cache),
             Command::Figures(args) => (&mut args.scene, &args.cache),
@@ -42,6 +44,8 @@ impl Cli {
         let stages = |cache| Some(("finished stages", cache));
         match &self.command {
             None => stages(&*self.run.stages.cache),
+            Some(Command::Calibrate(args)) => stages(&*args.validation.cache),
+            Some(Command::Headroom(args)) => stages(&*args.cache),
             Some(Command::Check(args)) => stages(&*args.stages.cache),
             Some(Command::Figures(args)) => stages(&*args.cache),
             Some(Command::Dataset(args)) => Some(("finished episodes", &*args.out)),
@@ -57,6 +61,8 @@ impl Cli {
     pub fn renderer(&self) -> Option<RendererChoice> {
         match &self.command {
             None => Some(self.run.stages.renderer),
+            Some(Command::Calibrate(args)) => Some(args.validation.renderer),
+            Some(Command::Headroom(args)) => Some(args.renderer),
             Some(Command::Check(args)) => Some(args.stages.renderer),
             Some(Command::Dataset(args)) => Some(args.renderer),
             Some(Command::Figures(args)) => Some(args.renderer),
@@ -67,5 +73,33 @@ impl Cli {
             Some(Command::Train(args)) => Some(args.renderer),
             Some(_) => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{CommandFactory, Parser};
+
+    #[test]
+    fn every_command_that_takes_a_scene_takes_it_by_name_renders_and_says_what_it_keeps() {
+        let mut checked = 0;
+        for command in Cli::command().get_subcommands() {
+            let takes = |id| command.get_arguments().any(|argument| argument.get_id() == id);
+            if !takes("scene") && !takes("study") {
+                continue;
+            }
+            let mut line = vec!["bench".to_owned(), command.get_name().to_owned()];
+            for argument in command.get_arguments().filter(|argument| argument.is_required_set()) {
+                line.extend(argument.get_long().map(|long| format!("--{long}")));
+                line.push("tabletop".to_owned());
+            }
+            let mut cli = Cli::try_parse_from(&line).unwrap();
+            assert_eq!(cli.source().unwrap().path.as_path(), Path::new("tabletop"), "{line:?}");
+            assert_eq!(cli.renderer(), Some(RendererChoice::Auto), "{line:?}");
+            assert!(cli.kept().is_some() || command.get_name() == "look", "{line:?}");
+            checked += 1;
+        }
+        assert!(checked >= 6, "{checked}");
     }
 }

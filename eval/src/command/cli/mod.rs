@@ -155,7 +155,7 @@ pub struct CalibrateArgs {
 /// Episodes with validation objects, under seeds that no table uses.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct ValidationArgs {
-    /// The scene file.
+    /// The scene: a file, or the name of one that comes with the program.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Number of episodes.
