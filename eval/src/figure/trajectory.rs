@@ -14,6 +14,8 @@ const SMALLEST: (f64, f64) = (520.0, 160.0);
 /// Pixels that the labels of the axes take.
 const LABELS: (u32, u32) = (60, 45);
 const MARGIN: u32 = 15;
+/// Left of the axes' labels.
+const EDGE: u32 = 10;
 /// Height of a line of the title and of the key, pixels.
 const LINE: i32 = 22;
 /// Width of a letter of the key, pixels.
@@ -88,7 +90,7 @@ impl Frame {
 }
 
 fn draw(view: &TopView<'_>, frame: &Frame, svg: &mut String) -> Drawn {
-    let width = frame.size.0 as u32 + LABELS.0 + MARGIN;
+    let width = EDGE + LABELS.0 + frame.size.0 as u32 + MARGIN;
     let names: Vec<&str> = view.estimates.iter().map(|(name, _)| *name).collect();
     let key = places(&names, width as i32);
     let head = key.last().map_or(0, |(_, (_, y))| *y) + LINE;
@@ -99,6 +101,7 @@ fn draw(view: &TopView<'_>, frame: &Frame, svg: &mut String) -> Drawn {
     above.draw(&Text::new(view.title.to_owned(), (MARGIN as i32, 8), ("sans-serif", 18)))?;
     draw_key(&above, &key)?;
     let mut chart = ChartBuilder::on(&below)
+        .margin_left(EDGE)
         .margin_right(MARGIN)
         .x_label_area_size(LABELS.1)
         .y_label_area_size(LABELS.0)
