@@ -102,6 +102,15 @@ fn a_model_that_is_named_bears_its_folders_name_which_no_other_row_has() {
     for taken in ["geometric", "pixels_pca64", "truth"] {
         named(taken).expect(2, &["--model", taken, "rename the folder"]);
     }
+    let mut both = scene.command();
+    both.arg("--model").arg(scene.path("mine")).arg("--model").arg(scene.path("my_other"));
+    fs::rename(scene.path("truth"), scene.path("my_other")).expect("another name");
+    Finished::of(&mut both).expect(0, &[]);
+    for name in ["mine", "my_other"] {
+        let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
+        assert!(tables.matches(&format!("| {name} ")).count() > 5, "{tables}");
+        assert!(scene.path(&format!("out/scenes/small/1/{name}.tum")).exists());
+    }
     named("my model").expect(2, &["--model", "letters, digits", "rename the folder"]);
 }
 

@@ -29,6 +29,16 @@ pub enum DatasetFormat {
     Avd,
 }
 
+/// Which tables are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TablesChoice {
+    /// One of trajectories and one of latents.
+    #[default]
+    Short,
+    /// All that are written, and azimuths by family.
+    All,
+}
+
 /// A set of instances; no two share one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -2,14 +2,14 @@
 
 mod choice;
 
-pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice};
+pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice, TablesChoice};
 
 use super::help::{EXAMPLES, EXIT_CODES};
 use super::shell::command_name;
 use super::source::unknown_word;
 use crate::progress::Loudness;
 use clap::builder::RangedI64ValueParser;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -121,16 +121,6 @@ pub struct RunArgs {
     /// How it is made.
     #[command(flatten)]
     pub stages: StageArgs,
-}
-
-/// Which tables are printed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum TablesChoice {
-    /// One of trajectories and one of latents.
-    #[default]
-    Short,
-    /// All that are written, and azimuths by family.
-    All,
 }
 
 /// `bench index RESULTS_DIR`: the index of a folder of results.
