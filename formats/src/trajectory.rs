@@ -93,7 +93,7 @@ pub enum TumError {
         /// The timestamp of the pose above, seconds.
         before: f64,
     },
-    /// Another pose at the time of the pose above. (TUM's own ground truth has times with two poses within 0.0012 m and 0.023 rad.)
+    /// Another pose at the time of the pose above.
     #[error(
         "line {line}: another pose than the one above, at the same time {timestamp}: expected one pose a time"
     )]
@@ -110,14 +110,6 @@ pub enum TumError {
 
 /// How far from 1 the norm of a written quaternion may be; TUM's own files round to four decimals.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.01;
-
-/// Metres, and radians, by which two poses of one time may differ.
-const REPEATED: f64 = 0.05;
-
-fn pose_repeats(pose: &Pose, above: &Pose) -> bool {
-    let between = above.inv_mul(pose);
-    between.translation.vector.norm() <= REPEATED && between.rotation.angle() <= REPEATED
-}
 
 impl Trajectory {
     /// Poses at `timestamps`, seconds.
@@ -165,8 +157,18 @@ impl Trajectory {
         self.timestamps.is_empty()
     }
 
-    /// Reads a TUM text; a UTF-8 byte order mark is skipped.
+    /// Reads an estimate, a TUM text with one pose a time (that may be repeated as it is); a UTF-8 byte order mark is skipped.
     pub fn from_tum(text: &str) -> Result<Self, TumError> {
+        Self::read(text, false)
+    }
+
+    /// Reads a recorded ground truth, as [`Trajectory::from_tum`] does an estimate. A motion capture may note two measurements at one
+    /// time, as in TUM's `fr2_desk`.
+    pub fn recorded_from_tum(text: &str) -> Result<Self, TumError> {
+        Self::read(text, true)
+    }
+
+    fn read(text: &str, measured_twice: bool) -> Result<Self, TumError> {
         let (mut timestamps, mut poses): (Vec<f64>, Vec<Pose>) = (Vec::new(), Vec::new());
         for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             if line.starts_with('#') {
@@ -181,7 +183,7 @@ impl Trajectory {
                 if t < before {
                     return Err(TumError::GoesBack { line: line_number, timestamp: t, before });
                 }
-                if t == before && !pose_repeats(&pose, above) {
+                if t == before && pose != *above && !measured_twice {
                     return Err(TumError::TwoPoses { line: line_number, timestamp: t });
                 }
             }
@@ -278,6 +280,8 @@ mod tests {
         assert_eq!(back, TumError::GoesBack { line: 3, timestamp: -1.0, before: 0.0 });
         assert_eq!(error("0 0 0 1 0 0 0 1"), TumError::TwoPoses { line: 3, timestamp: 0.0 });
         assert!(Trajectory::from_tum(&good.repeat(2)).is_ok());
+        let twice = format!("{good}0 0 0 1 0 0 0 1\n");
+        assert_eq!(Trajectory::recorded_from_tum(&twice).map(|read| read.len()), Ok(2));
         assert_eq!(Trajectory::from_tum("# only\n"), Err(TumError::Empty));
         assert!(Trajectory::from_tum(&format!("\u{feff}{good}")).is_ok());
     }

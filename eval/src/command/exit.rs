@@ -130,7 +130,7 @@ fn of_save(error: &SaveError) -> Exit {
     match error {
         SaveError::Store(error) => of_store(error),
         SaveError::Output(_) => Exit::CannotWrite,
-        SaveError::Json(_) | SaveError::Csv(_) => Exit::Bug,
+        SaveError::Json(_) => Exit::Bug,
     }
 }
 

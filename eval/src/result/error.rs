@@ -16,7 +16,4 @@ pub enum SaveError {
     /// A value of ours that JSON cannot hold.
     #[error("cannot write as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// A table that CSV cannot hold.
-    #[error("cannot write as CSV: {0}")]
-    Csv(#[from] csv::Error),
 }

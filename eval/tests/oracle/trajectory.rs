@@ -41,12 +41,10 @@ impl Case {
             _ => return None,
         };
         let [truth, estimate] = &self.files;
-        let read = |name: &String| {
-            let text = std::fs::read_to_string(folder.join(name)).expect("a trajectory beside its scores");
-            Trajectory::from_tum(&text).unwrap_or_else(|error| panic!("{name}: {error}"))
-        };
-        let pairs =
-            Pairs::by_time(&read(truth), &read(estimate), MAX_TIME_DIFFERENCE).expect("poses of one time");
+        let text = |name: &String| std::fs::read_to_string(folder.join(name)).expect("beside its scores");
+        let truth = Trajectory::recorded_from_tum(&text(truth)).expect("a recorded truth");
+        let estimate = Trajectory::from_tum(&text(estimate)).expect("an estimate");
+        let pairs = Pairs::by_time(&truth, &estimate, MAX_TIME_DIFFERENCE).expect("poses of one time");
         assert_eq!(pairs.truth().len(), self.n, "{}: other associations than evo's", self.case);
         Some(score(&pairs).expect("a defined score"))
     }
