@@ -108,14 +108,3 @@ pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ImportError>
         _ => ImportError::read(path)(error),
     })
 }
-
-/// The names in a folder that are text, sorted.
-pub(crate) fn names_in(folder: &Path) -> Result<Vec<String>, ImportError> {
-    let entries = std::fs::read_dir(folder).map_err(ImportError::read(folder))?;
-    let mut names = Vec::new();
-    for entry in entries {
-        names.extend(entry.map_err(ImportError::read(folder))?.file_name().into_string());
-    }
-    names.sort();
-    Ok(names)
-}

@@ -26,10 +26,12 @@
 //! a limit of each, and tell what they leave out. See `docs/formats.md` and `docs/import.md` for every file and field.
 
 pub mod avd;
+#[cfg(feature = "hdf5")]
 pub mod bigbird;
 mod bop;
 mod crops;
 pub mod g2o;
+#[cfg(feature = "hdf5")]
 pub mod hdf5;
 mod image_file;
 mod import;
@@ -43,6 +45,7 @@ mod shard;
 pub mod trajectory;
 
 #[cfg(test)]
+#[cfg(feature = "parquet")]
 mod tests;
 
 pub use bop::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};

@@ -2,7 +2,9 @@
 
 use super::image_file::{CompressionType, Pixels, jpeg, png};
 use super::import::{FETCH_AGAIN, ImportError, read_file};
-use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, ImageReader, Limits, Luma, RgbImage};
+#[cfg(feature = "hdf5")]
+use image::GrayImage;
+use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Luma, RgbImage};
 use std::io::Cursor;
 use std::path::Path;
 use vantage_dataset::store::StoreError;
@@ -25,6 +27,7 @@ pub(crate) fn read_jpeg(path: &Path) -> Result<RgbImage, ImportError> {
     Ok(image.into_rgb8())
 }
 
+#[cfg(feature = "hdf5")]
 /// A mask as it decodes: 0 where PBM says black.
 pub(crate) fn read_pbm(path: &Path) -> Result<GrayImage, ImportError> {
     let bytes = read_file(path, LARGEST_FILE)?;
@@ -71,6 +74,7 @@ pub(crate) fn write_depth(path: &Path, depth: &[u16], width: u32, height: u32) -
     bytes.and_then(|bytes| std::fs::write(path, bytes)).map_err(StoreError::write(path))
 }
 
+#[cfg(feature = "hdf5")]
 /// Writes a raw PBM; `black` says which pixels are, row-major.
 pub(crate) fn write_pbm(path: &Path, black: &[bool], width: usize) -> Result<(), StoreError> {
     let mut bytes = format!("P4\n{width} {}\n", black.len() / width).into_bytes();

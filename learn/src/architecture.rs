@@ -10,14 +10,6 @@ use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 /// the roll, log distance.
 pub const UPRIGHT: usize = CONDITIONING - 2 * HARMONICS;
 
-/// What a pixel in `[0, 1]` is centred by before the trunk.
-pub const PIXEL_CENTER: f32 = 0.5;
-/// Range of the logarithm of a latent's variance in one view's factor.
-pub const LOG_VARIANCE: (f32, f32) = (-8.0, 4.0);
-/// What a latent that is a class is multiplied by. With factors of variance `v = exp(4)`, the latent of `n` views is the sum of
-/// their logarithms of likelihoods over `n + v`, so that `v` times it is their product, nearly.
-pub const CLASS_SHARPNESS: f32 = 54.598_15;
-
 /// The networks of a model, by their sizes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -10,6 +10,7 @@ use crate::figure::FigureError;
 #[cfg(feature = "rerun")]
 use crate::figure::recording::RecordingError;
 use crate::gate::GateError;
+use crate::left_out::LeftOut;
 use crate::pipeline::StageError;
 use crate::result::error::SaveError;
 use crate::result::output_folder::OutputError;
@@ -120,13 +121,9 @@ pub enum BenchError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A GPU was asked of a program that was built without.
-    #[cfg(not(feature = "gpu"))]
-    #[error(
-        "this program was built without GPUs: build it with `cargo build --release -p vantage-eval --features gpu`, or leave \
-         --gpu out"
-    )]
-    NoGpuBuild,
+    /// See [`LeftOut`].
+    #[error(transparent)]
+    LeftOut(#[from] LeftOut),
     /// An estimator answered with poses that cannot be scored.
     #[error("an estimate cannot be scored: {0}")]
     Pairs(#[from] PairsError),

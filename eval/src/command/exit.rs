@@ -7,8 +7,6 @@ use super::validation::error::ValidationError;
 #[cfg(feature = "rerun")]
 use crate::figure::recording::RecordingError;
 use crate::gate::GateError;
-#[cfg(not(feature = "train"))]
-use crate::pipeline::ModelRefusal;
 use crate::pipeline::StageError;
 use crate::result::error::SaveError;
 use crate::result::results_file::ResultsError;
@@ -70,11 +68,7 @@ impl BenchError {
             | Self::NotOurs { .. }
             | Self::Results(ResultsError::Missing { .. })
             | Self::Gate(GateError::Scene { .. } | GateError::Seed { .. }) => Exit::BadInput,
-            Self::Render(_) => Exit::MissingCapability,
-            #[cfg(not(feature = "gpu"))]
-            Self::NoGpuBuild => Exit::MissingCapability,
-            #[cfg(not(feature = "rerun"))]
-            Self::Look(LookError::CannotRecord) => Exit::MissingCapability,
+            Self::Render(_) | Self::LeftOut(_) => Exit::MissingCapability,
             Self::Run(
                 RunError::NothingSeen { .. } | RunError::NothingAnswered { .. } | RunError::NothingOf { .. },
             )
@@ -106,14 +100,12 @@ fn of_stage(error: &StageError) -> Exit {
         StageError::Sim(error) => of_sim(error),
         #[cfg(feature = "train")]
         StageError::Train(error) => of_training(error),
-        #[cfg(not(feature = "train"))]
-        StageError::Refused(ModelRefusal::CannotTrain) => Exit::MissingCapability,
         StageError::Scene(_)
         | StageError::Variant(_)
         | StageError::Refused(_)
         | StageError::NoViews { .. }
         | StageError::NothingHeldOut { .. } => Exit::BadInput,
-        StageError::Render(_) => Exit::MissingCapability,
+        StageError::Render(_) | StageError::LeftOut(_) => Exit::MissingCapability,
         StageError::Model(_)
         | StageError::Answer(_)
         | StageError::StoredAnswers { .. }

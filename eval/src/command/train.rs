@@ -29,5 +29,5 @@ fn gpu() -> Result<TrainingDevice, BenchError> {
 
 #[cfg(not(feature = "gpu"))]
 fn gpu() -> Result<TrainingDevice, BenchError> {
-    Err(BenchError::NoGpuBuild)
+    Err(crate::left_out::LeftOut::Gpu.into())
 }

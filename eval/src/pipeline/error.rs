@@ -1,6 +1,7 @@
 //! Why a stage of the line has no answer.
 
 use super::model_error::ModelRefusal;
+use crate::left_out::LeftOut;
 use crate::result::output_folder::OutputError;
 use crate::result::table::TableError;
 use crate::scene_file::SceneFileError;
@@ -41,6 +42,9 @@ pub enum StageError {
     /// See [`ModelRefusal`].
     #[error(transparent)]
     Refused(#[from] ModelRefusal),
+    /// See [`LeftOut`].
+    #[error(transparent)]
+    LeftOut(#[from] LeftOut),
     /// See [`vantage_learn::TrainError`].
     #[cfg(feature = "train")]
     #[error(transparent)]

@@ -18,12 +18,6 @@ pub enum ModelRefusal {
         /// The folder.
         folder: PathBuf,
     },
-    /// A scene without a model, in a program that cannot train one.
-    #[cfg(not(feature = "train"))]
-    #[error(
-        "this program was built without training: build it with `--features train`, or name a model with --model"
-    )]
-    CannotTrain,
     /// An instance that would be scored is among those that the model has seen.
     #[error(
         "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \

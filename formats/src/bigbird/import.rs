@@ -6,7 +6,7 @@ use super::name::{self, ImageName};
 use super::silhouette::{OBJECT, Silhouette, Unfit};
 use super::table::{read_pose, read_upright};
 use crate::hdf5::Hdf5;
-use crate::import::{ImportError, ImportReport, names_in};
+use crate::import::{ImportError, ImportReport};
 use crate::meeting::meeting_point;
 use crate::picture::{read_jpeg, read_pbm};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector2, Vector3};
@@ -280,4 +280,15 @@ fn views(
         });
     }
     views
+}
+
+/// The names in a folder that are text, sorted.
+fn names_in(folder: &Path) -> Result<Vec<String>, ImportError> {
+    let entries = std::fs::read_dir(folder).map_err(ImportError::read(folder))?;
+    let mut names = Vec::new();
+    for entry in entries {
+        names.extend(entry.map_err(ImportError::read(folder))?.file_name().into_string());
+    }
+    names.sort();
+    Ok(names)
 }

@@ -1,12 +1,14 @@
 //! Labelled crops in shards.
 
 mod options;
+#[cfg(feature = "parquet")]
 mod parquet;
 mod row;
 mod webdataset;
 
 use super::shard::{LayoutManifest, Opened, ShardedFolder, TarShard};
 pub use options::{CropLayout, CropOptions};
+#[cfg(feature = "parquet")]
 use parquet::{ParquetShard, card};
 use rayon::prelude::*;
 use row::Row;
@@ -42,6 +44,7 @@ struct Shard {
 #[derive(Debug)]
 enum Files {
     WebDataset(TarShard),
+    #[cfg(feature = "parquet")]
     Parquet(ParquetShard),
 }
 
@@ -107,6 +110,7 @@ impl CropWriter {
         self.close_shard()?;
         let files = match self.options.layout {
             CropLayout::WebDataset => Vec::new(),
+            #[cfg(feature = "parquet")]
             CropLayout::Parquet => {
                 vec![("README.md".to_owned(), card(&self.options, &self.folder.manifest).into_bytes())]
             }
@@ -120,6 +124,7 @@ impl CropWriter {
             std::mem::take(&mut self.batch).into_par_iter().map(Row::encode).collect();
         let written = rows.and_then(|rows| match &mut shard.files {
             Files::WebDataset(tar) => rows.iter().try_for_each(|row| webdataset::add(tar, row)),
+            #[cfg(feature = "parquet")]
             Files::Parquet(file) => file.add(&rows),
         });
         self.folder.written(written)
@@ -130,12 +135,14 @@ impl CropWriter {
         let Some(Shard { split, samples, files }) = self.shard.take() else { return Ok(()) };
         let closed = match files {
             Files::WebDataset(tar) => tar.close(),
+            #[cfg(feature = "parquet")]
             Files::Parquet(file) => file.close(),
         };
         self.folder.written(closed)?;
         let index = self.folder.shards_of(split);
         let name = match self.options.layout {
             CropLayout::WebDataset => format!("{}-{index:06}.tar", split.name()),
+            #[cfg(feature = "parquet")]
             CropLayout::Parquet => format!("data/{}-{index:05}.parquet", split.name()),
         };
         self.folder.commit(&name, split, samples)
@@ -146,6 +153,7 @@ impl Shard {
     fn create(path: &Path, layout: CropLayout, split: Split) -> io::Result<Self> {
         let files = match layout {
             CropLayout::WebDataset => Files::WebDataset(TarShard::create(path)?),
+            #[cfg(feature = "parquet")]
             CropLayout::Parquet => Files::Parquet(ParquetShard::create(path)?),
         };
         Ok(Self { split, samples: 0, files })

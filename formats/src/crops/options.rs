@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum CropLayout {
     /// Tar archives of PNG and JSON files.
     WebDataset,
+    #[cfg(feature = "parquet")]
     /// Parquet files with the images as PNG, and a README.md that tells Hugging Face of them.
     Parquet,
 }
@@ -17,6 +18,7 @@ impl CropLayout {
     pub fn name(self) -> &'static str {
         match self {
             Self::WebDataset => "webdataset",
+            #[cfg(feature = "parquet")]
             Self::Parquet => "parquet",
         }
     }

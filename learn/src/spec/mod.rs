@@ -4,7 +4,9 @@ mod objective;
 mod predictive;
 
 pub use objective::Objective;
-pub(crate) use objective::{Loss, Task, Traits};
+#[cfg(feature = "train")]
+pub(crate) use objective::Task;
+pub(crate) use objective::{Loss, Traits};
 pub use predictive::{Motion, Pairs, PredictiveSpec, TrunkTarget};
 
 use crate::role::Convention;

@@ -1,6 +1,7 @@
 //! `bench dataset SCENE --out DIR`: episodes as files, one image at a time in memory.
 
 mod avd;
+#[cfg(feature = "formats")]
 mod bigbird;
 mod claim;
 mod crops;
@@ -19,6 +20,7 @@ use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};
 use avd::Avd;
+#[cfg(feature = "formats")]
 use bigbird::BigBird;
 use crops::Crops;
 use episodes::Episodes;
@@ -188,14 +190,20 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
             DatasetFormat::Webdataset => {
                 Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, &source)?)
             }
+            #[cfg(feature = "formats")]
             DatasetFormat::Parquet => Box::new(Crops::open(&at("parquet"), CropLayout::Parquet, &source)?),
             DatasetFormat::Bop => Box::new(Images::open(&at("bop"), BopLayout::Scenes, &source)?),
             DatasetFormat::BopWebdataset => {
                 let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
                 Box::new(Images::open(&at("bop-webdataset"), layout, &source)?)
             }
+            #[cfg(feature = "formats")]
             DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source)?),
             DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source)?),
+            #[cfg(not(feature = "formats"))]
+            DatasetFormat::Parquet | DatasetFormat::Bigbird => {
+                return Err(crate::left_out::LeftOut::Formats.into());
+            }
         });
     }
     let mut index = Index::read(&out, provenance.clone());

@@ -1,5 +1,7 @@
 //! `bench import LAYOUT DIR --out DIR`: real data in our own layout.
 
+#[cfg(feature = "formats")]
+mod bigbird;
 pub mod error;
 
 use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
@@ -11,9 +13,8 @@ use error::ImportRefusal;
 use std::io::Write;
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet};
+use vantage_formats::ImportReport;
 use vantage_formats::avd::read_scan;
-use vantage_formats::bigbird::{is_object, object_folders, read_objects, uncalibrated_folders};
-use vantage_formats::{ImportReport, Skipped};
 
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
@@ -41,7 +42,10 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     let source = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let provenance = Provenance::from([("imported".to_owned(), source.into())]);
     let (data, report) = match args.layout {
-        ImportLayout::Bigbird => bigbird(args)?,
+        #[cfg(feature = "formats")]
+        ImportLayout::Bigbird => bigbird::bigbird(args)?,
+        #[cfg(not(feature = "formats"))]
+        ImportLayout::Bigbird => return Err(crate::left_out::LeftOut::Formats.into()),
         ImportLayout::Avd => avd(args)?,
     };
     for skipped in report.skipped.iter().take(TOLD) {
@@ -72,27 +76,6 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
 enum Imported {
     Views(ViewSet),
     Episode(Box<Episode>),
-}
-
-fn bigbird(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
-    let mut folders = object_folders(&args.source)?;
-    if folders.is_empty() {
-        let folder = args.source.clone();
-        let one = is_object(&folder);
-        let refusal =
-            if one { ImportRefusal::OneObject { folder } } else { ImportRefusal::NoObjects { folder } };
-        return Err(refusal.into());
-    }
-    all_are_there(args, |name| folders.iter().any(|folder| folder.ends_with(name)))?;
-    folders
-        .retain(|folder| args.objects.is_empty() || args.objects.iter().any(|name| folder.ends_with(name)));
-    let (set, mut report) = read_objects(&folders, split(args), &|_| true)?;
-    if args.objects.is_empty() {
-        let uncalibrated = uncalibrated_folders(&args.source)?.into_iter();
-        let told = uncalibrated.map(|file| Skipped { file, reason: "no calibration.h5".to_owned() });
-        report.skipped.splice(..0, told);
-    }
-    Ok((Imported::Views(set), report))
 }
 
 fn avd(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {

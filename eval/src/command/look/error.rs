@@ -12,11 +12,4 @@ pub enum LookError {
         /// What was asked for.
         path: PathBuf,
     },
-    /// A recording is asked for, of a program that cannot write one.
-    #[cfg(not(feature = "rerun"))]
-    #[error(
-        "this program was built without Rerun: build it with `cargo build --release -p vantage-eval --features rerun`, or \
-         leave --rerun out"
-    )]
-    CannotRecord,
 }

@@ -3,7 +3,7 @@
 
 use super::network::{Autoencoder, decoder_input, encoder_input};
 use super::{Bound, negative_log_likelihood};
-use crate::architecture::CLASS_SHARPNESS;
+use crate::train::network::CLASS_SHARPNESS;
 use crate::train::network::exponential::log_softmax;
 use crate::train::network::rows::table;
 use crate::train::network::turn::Turn;

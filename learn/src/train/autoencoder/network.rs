@@ -1,12 +1,13 @@
 //! The networks of stage 2: encoder and decoder.
 
 use super::features::Frozen;
-use crate::architecture::{Architecture, CLASS_SHARPNESS, LOG_VARIANCE};
+use crate::architecture::Architecture;
 use crate::latent::LatentLayout;
 use crate::train::network::exponential::silu;
 use crate::train::network::layers::{Gain, dense, linear, of_fixed_variance, zeros};
 use crate::train::network::turn::{Turn, turned};
 use crate::train::network::weights::Weights;
+use crate::train::network::{CLASS_SHARPNESS, LOG_VARIANCE};
 use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::tensor::activation::{relu, softmax};

@@ -1,10 +1,11 @@
 //! Trunk and encoder as graphs.
 
 use super::{dense, selections};
-use crate::architecture::{LOG_VARIANCE, PIXEL_CENTER, UPRIGHT};
+use crate::architecture::UPRIGHT;
 use crate::onnx::build::{GraphBuilder, integers, real};
 use crate::role::Kind;
 use crate::train::network::weights::{Conv, Dense, Weights};
+use crate::train::network::{LOG_VARIANCE, PIXEL_CENTER};
 use vantage_dataset::crop::CROP_BYTES;
 use vantage_dataset::viewpoint::HARMONICS;
 

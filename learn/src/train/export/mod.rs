@@ -3,11 +3,12 @@
 mod encoder;
 mod jacobian;
 
-use crate::architecture::{Architecture, CLASS_SHARPNESS};
+use crate::architecture::Architecture;
 use crate::latent::LatentLayout;
 use crate::onnx::Signature;
 use crate::onnx::build::GraphBuilder;
 use crate::role::{Kind, Role, Sizes};
+use crate::train::network::CLASS_SHARPNESS;
 use crate::train::network::weights::{Dense, Weights};
 use encoder::{encoder, trunk};
 use jacobian::jacobian;

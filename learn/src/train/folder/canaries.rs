@@ -1,12 +1,13 @@
 //! The trainer's own outputs, which every loader replays.
 
-use crate::architecture::{Architecture, LOG_VARIANCE};
+use crate::architecture::Architecture;
 use crate::canary::{Canary, CanaryCase, TOLERANCE};
 use crate::role::{Kind, Role};
 use crate::train::autoencoder::features::{Features, Frozen};
 use crate::train::autoencoder::network::{Autoencoder, decoder_input, encoder_input};
 use crate::train::data::views::Views;
 use crate::train::export::roles;
+use crate::train::network::LOG_VARIANCE;
 use crate::train::network::rows::{numbers, table};
 use crate::train::network::turn::{Turn, for_each_number};
 use crate::train::trunk::info_nce::normalized;

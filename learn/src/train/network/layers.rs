@@ -1,8 +1,8 @@
 //! Linear layers: fresh weights, and weights as plain numbers.
 
+use super::LOG_VARIANCE;
 use super::rows::numbers;
 use super::weights::Dense;
-use crate::architecture::LOG_VARIANCE;
 use burn::module::Param;
 use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData};

@@ -1,7 +1,7 @@
 //! The trunk's convolutions as burn has them: the faster ones on a GPU.
 
 use super::network::Trunk;
-use crate::architecture::PIXEL_CENTER;
+use crate::train::network::PIXEL_CENTER;
 use crate::train::network::weights::KERNEL;
 use burn::tensor::activation::relu;
 use burn::tensor::module::conv2d;

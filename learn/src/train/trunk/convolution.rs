@@ -12,7 +12,7 @@ use vantage_dataset::Crop;
 use vantage_dataset::crop::CROP_SIDE;
 use vantage_dataset::widest::widest;
 
-use crate::architecture::PIXEL_CENTER;
+use crate::train::network::PIXEL_CENTER;
 use crate::train::network::weights::KERNEL;
 
 const TAPS: usize = KERNEL * KERNEL;
