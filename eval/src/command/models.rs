@@ -2,22 +2,33 @@
 
 use crate::command::cli::ModelsArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::command::folder::is_there;
+use crate::exit::{Ends, Exit};
 use crate::result::grid::{Style, draw};
 use crate::result::statistics::quantile;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
-use vantage_learn::{GraphRecord, Manifest, Model, Role};
+use thiserror::Error;
+use vantage_learn::{GraphRecord, Manifest, Model, ModelError, Role};
 
 /// Runs of a graph that are timed, after as many that are not; the median is told.
 const TIMED: usize = 31;
 
+/// Why models are refused, a line each.
+#[derive(Debug, Error)]
+#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct Refused(Vec<ModelError>);
+
+impl Ends for Refused {
+    fn exit(&self) -> Exit {
+        Exit::StoredDataInvalid
+    }
+}
+
 /// Loads each model with all checks, and prints what it is; the error tells why those are refused that are.
 pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    if let Some(folder) = args.folders.iter().find(|folder| !folder.is_dir()) {
-        return Err(BenchError::NoFolder { folder: folder.clone() });
-    }
+    args.folders.iter().try_for_each(|folder| is_there(folder))?;
     let mut refusals = Vec::new();
     for folder in &args.folders {
         writeln!(stdout, "{}\n", folder.display())?;
@@ -36,7 +47,7 @@ pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         let head = ["Graph", "File", "KiB", "Call [ms]", "Inputs", "Outputs"].map(String::from);
         writeln!(stdout, "\n{}\n", draw(Style::terminal(), &head, rows))?;
     }
-    if refusals.is_empty() { Ok(Exit::Success) } else { Err(BenchError::Refused(refusals)) }
+    if refusals.is_empty() { Ok(Exit::Success) } else { Err(Refused(refusals).into()) }
 }
 
 fn described(model: &Model) -> String {

@@ -1,9 +1,9 @@
 //! Each command, from its arguments to its exit code.
 
 use super::cli::{Cli, Command};
-use super::exit::Exit;
 use super::source;
 use crate::command::error::BenchError;
+use crate::exit::Exit;
 use crate::progress::Loudness;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;

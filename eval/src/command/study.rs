@@ -3,8 +3,9 @@
 use super::figures::latents;
 use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::command::folder::is_there;
 use crate::command::places::places;
+use crate::exit::Exit;
 use crate::pipeline::{Pipeline, VariantModels, finished_model, study_views, variant_models, variant_scores};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -15,7 +16,8 @@ use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
 use crate::result::results_file::{FILE_NAME, Results};
-use crate::result::table::{Outcome, Run, Table};
+use crate::result::run::{Outcome, Run};
+use crate::result::table::Table;
 use crate::result::table_text;
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, VariantError};
@@ -50,9 +52,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         variant.allowed_under(study.scored).map_err(located)?;
         if let Some(folder) = &variant.folder {
             let folder = beside.join(folder);
-            if !folder.is_dir() {
-                return Err(BenchError::NoFolder { folder });
-            }
+            is_there(&folder)?;
             finished.insert(&variant.name, finished_model(&pipeline, &folder, &seeds)?);
             continue;
         }

@@ -2,7 +2,7 @@
 
 use crate::command::cli::TrainArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::pipeline::{Pipeline, train as train_into, train_on};
 use crate::result::output_folder::OutputFolder;
 use std::io::Write;
@@ -29,5 +29,21 @@ fn gpu() -> Result<TrainingDevice, BenchError> {
 
 #[cfg(not(feature = "gpu"))]
 fn gpu() -> Result<TrainingDevice, BenchError> {
-    Err(BenchError::NoGpuBuild)
+    Err(NoGpuBuild.into())
+}
+
+/// A GPU was asked of a program that was built without.
+#[cfg(not(feature = "gpu"))]
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "this program was built without GPUs: build it with `cargo build --release -p vantage-eval --features gpu`, or leave \
+     --gpu out"
+)]
+pub struct NoGpuBuild;
+
+#[cfg(not(feature = "gpu"))]
+impl crate::exit::Ends for NoGpuBuild {
+    fn exit(&self) -> Exit {
+        Exit::MissingCapability
+    }
 }

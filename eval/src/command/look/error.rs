@@ -1,5 +1,6 @@
 //! Why a scene is not drawn.
 
+use crate::exit::{Ends, Exit};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -19,4 +20,14 @@ pub enum LookError {
          leave --rerun out"
     )]
     CannotRecord,
+}
+
+impl Ends for LookError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::NoPicture { .. } => Exit::BadInput,
+            #[cfg(not(feature = "rerun"))]
+            Self::CannotRecord => Exit::MissingCapability,
+        }
+    }
 }
