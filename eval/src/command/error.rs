@@ -4,11 +4,11 @@ use super::dataset::error::DatasetError;
 use super::folder::FolderError;
 use super::import::error::ImportRefusal;
 use super::look::error::LookError;
-use super::models::Refused;
+use super::models::error::Refused;
 use super::scene::error::RunError;
 use super::source::error::SourceError;
 #[cfg(all(feature = "train", not(feature = "gpu")))]
-use super::train::NoGpuBuild;
+use super::train::error::NoGpuBuild;
 use super::validation::error::ValidationError;
 use crate::exit::{Ends, Exit};
 use crate::figure::FigureError;

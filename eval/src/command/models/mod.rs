@@ -1,30 +1,21 @@
 //! `bench models DIR...`: what model folders hold.
 
+pub mod error;
+
 use crate::command::cli::ModelsArgs;
 use crate::command::error::BenchError;
 use crate::command::folder::is_there;
-use crate::exit::{Ends, Exit};
+use crate::exit::Exit;
 use crate::result::grid::{Style, draw};
 use crate::result::statistics::quantile;
+use error::Refused;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
-use thiserror::Error;
-use vantage_learn::{GraphRecord, Manifest, Model, ModelError, Role};
+use vantage_learn::{GraphRecord, Manifest, Model, Role};
 
 /// Runs of a graph that are timed, after as many that are not; the median is told.
 const TIMED: usize = 31;
-
-/// Why models are refused, a line each.
-#[derive(Debug, Error)]
-#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-pub struct Refused(Vec<ModelError>);
-
-impl Ends for Refused {
-    fn exit(&self) -> Exit {
-        Exit::StoredDataInvalid
-    }
-}
 
 /// Loads each model with all checks, and prints what it is; the error tells why those are refused that are.
 pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {

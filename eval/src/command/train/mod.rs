@@ -1,5 +1,8 @@
 //! `bench train SCENE --out DIR`: the scene's model, trained from scratch.
 
+#[cfg(not(feature = "gpu"))]
+pub mod error;
+
 use crate::command::cli::TrainArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
@@ -24,26 +27,10 @@ pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 
 #[cfg(feature = "gpu")]
 fn gpu() -> Result<TrainingDevice, BenchError> {
-    Ok(TrainingDevice::gpu()?)
+    Ok(TrainingDevice::gpu().map_err(crate::pipeline::StageError::from)?)
 }
 
 #[cfg(not(feature = "gpu"))]
 fn gpu() -> Result<TrainingDevice, BenchError> {
-    Err(NoGpuBuild.into())
-}
-
-/// A GPU was asked of a program that was built without.
-#[cfg(not(feature = "gpu"))]
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "this program was built without GPUs: build it with `cargo build --release -p vantage-eval --features gpu`, or leave \
-     --gpu out"
-)]
-pub struct NoGpuBuild;
-
-#[cfg(not(feature = "gpu"))]
-impl crate::exit::Ends for NoGpuBuild {
-    fn exit(&self) -> Exit {
-        Exit::MissingCapability
-    }
+    Err(error::NoGpuBuild.into())
 }
