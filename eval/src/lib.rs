@@ -14,6 +14,7 @@
 //! - [`score`]: estimate x truth -> numbers
 //! - [`gate`]: result x committed result -> verdict
 //! - [`figure`]: estimates, latents, scores -> pictures
+//! - [`left_out`]: what a program is built without
 //! - [`supplied`]: what comes with the program
 //! - [`pipeline`]: scene -> episodes, model, estimates, tables, each stage an entry of the cache
 //! - [`command`]: arguments -> a run of `bench` -> exit code
@@ -22,6 +23,7 @@ pub mod command;
 pub mod exit;
 pub mod figure;
 pub mod gate;
+pub mod left_out;
 pub mod pipeline;
 pub mod progress;
 pub mod result;

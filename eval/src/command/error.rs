@@ -7,14 +7,13 @@ use super::look::error::LookError;
 use super::models::error::Refused;
 use super::scene::error::RunError;
 use super::source::error::SourceError;
-#[cfg(all(feature = "train", not(feature = "gpu")))]
-use super::train::error::NoGpuBuild;
 use super::validation::error::ValidationError;
 use crate::exit::{Ends, Exit};
 use crate::figure::FigureError;
 #[cfg(feature = "rerun")]
 use crate::figure::recording::RecordingError;
 use crate::gate::GateError;
+use crate::left_out::LeftOut;
 use crate::pipeline::StageError;
 use crate::result::error::SaveError;
 use crate::result::output_folder::OutputError;
@@ -83,8 +82,7 @@ errors! {
     Look(LookError) "{0}";
     #[cfg(feature = "rerun")]
     Recording(RecordingError) "{0}";
-    #[cfg(all(feature = "train", not(feature = "gpu")))]
-    NoGpu(NoGpuBuild) "{0}";
+    LeftOut(LeftOut) "{0}";
     Validation(ValidationError) "{0}";
     Variant(VariantError) "{0}";
     Pairs(PairsError) "an estimate cannot be scored: {0}";

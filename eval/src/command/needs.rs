@@ -28,9 +28,7 @@ impl Cli {
             Command::Dataset(args) => (&mut args.scene, &args.cache),
             Command::Figures(args) => (&mut args.scene, &args.cache),
             Command::Look(args) => (&mut args.scene, &args.cache),
-            #[cfg(feature = "train")]
             Command::Train(args) => (&mut args.scene, &args.cache),
-            #[cfg(feature = "train")]
             Command::Study(args) => {
                 return Some(Source { path: &mut args.study, kind: FileKind::Study, cache: &args.cache });
             }
@@ -61,9 +59,7 @@ impl Cli {
             Some(Command::Check(args)) => stages(&*args.stages.cache),
             Some(Command::Figures(args)) => stages(&*args.cache),
             Some(Command::Dataset(args)) => Some(("finished episodes", &*args.out)),
-            #[cfg(feature = "train")]
             Some(Command::Study(args)) => stages(&*args.cache),
-            #[cfg(feature = "train")]
             Some(Command::Train(args)) => Some(("checkpoints", &*args.out)),
             Some(_) => None,
         }
@@ -79,9 +75,7 @@ impl Cli {
             Some(Command::Dataset(args)) => Some(args.renderer),
             Some(Command::Figures(args)) => Some(args.renderer),
             Some(Command::Look(args)) => Some(args.renderer),
-            #[cfg(feature = "train")]
             Some(Command::Study(args)) => Some(args.renderer),
-            #[cfg(feature = "train")]
             Some(Command::Train(args)) => Some(args.renderer),
             Some(_) => None,
         }

@@ -4,6 +4,8 @@ use super::cli::{Cli, Command};
 use super::source;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
+#[cfg(not(feature = "train"))]
+use crate::left_out::LeftOut;
 use crate::progress::Loudness;
 use crate::scene_file::{SceneFile, schema};
 use std::io::Write;
@@ -28,6 +30,8 @@ pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Study(args)) => super::study(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Train(args)) => super::train(args, stdout),
+        #[cfg(not(feature = "train"))]
+        Some(Command::Study(_) | Command::Train(_)) => Err(LeftOut::Training.into()),
         Some(Command::Schema) => {
             stdout.write_all(schema::<SceneFile>()?.as_bytes())?;
             Ok(Exit::Success)

@@ -4,6 +4,7 @@
 /// What simulates and renders.
 pub const SIMULATED: &str = env!("VANTAGE_CODE_SIMULATED");
 /// What simulates, renders and trains.
+#[cfg(feature = "train")]
 pub const TRAINED: &str = env!("VANTAGE_CODE_TRAINED");
 /// What runs models and estimates.
 pub const ESTIMATED: &str = env!("VANTAGE_CODE_ESTIMATED");

@@ -2,6 +2,7 @@
 
 use super::model_error::ModelRefusal;
 use crate::exit::{Ends, Exit};
+use crate::left_out::LeftOut;
 use crate::result::output_folder::OutputError;
 use crate::result::table::TableError;
 use crate::scene_file::SceneFileError;
@@ -42,6 +43,9 @@ pub enum StageError {
     /// See [`ModelRefusal`].
     #[error(transparent)]
     Refused(#[from] ModelRefusal),
+    /// See [`LeftOut`].
+    #[error(transparent)]
+    LeftOut(#[from] LeftOut),
     /// See [`vantage_learn::TrainError`].
     #[cfg(feature = "train")]
     #[error(transparent)]
@@ -105,6 +109,7 @@ impl Ends for StageError {
             Self::Model(error) => error.exit(),
             Self::Answer(error) => error.exit(),
             Self::Refused(error) => error.exit(),
+            Self::LeftOut(error) => error.exit(),
             #[cfg(feature = "train")]
             Self::Train(error) => error.exit(),
             Self::Estimate(error) => error.exit(),

@@ -1,5 +1,7 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
+#[cfg(feature = "train")]
+use super::training::trained;
 use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
 use crate::scene_file;
 use crate::scene_file::row_name::{folder_name, kind_name, reserved_names};
@@ -136,11 +138,13 @@ pub fn any_model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<(Model, P
 fn named_or_trained(pipeline: &Pipeline, folder: Option<&Path>) -> Result<PathBuf, StageError> {
     match folder {
         Some(folder) => Ok(folder.to_owned()),
-        #[cfg(feature = "train")]
-        None => super::training::trained(pipeline),
-        #[cfg(not(feature = "train"))]
-        None => Err(ModelRefusal::CannotTrain.into()),
+        None => trained(pipeline),
     }
+}
+
+#[cfg(not(feature = "train"))]
+fn trained(_: &Pipeline) -> Result<PathBuf, StageError> {
+    Err(crate::left_out::LeftOut::Training.into())
 }
 
 fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {

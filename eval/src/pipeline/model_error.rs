@@ -1,6 +1,6 @@
 //! Why a model is not scored.
 
-use crate::exit::{Ends, Exit};
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::InstanceId;
@@ -29,12 +29,6 @@ pub enum ModelRefusal {
         /// The folder.
         folder: PathBuf,
     },
-    /// A scene without a model, in a program that cannot train one.
-    #[cfg(not(feature = "train"))]
-    #[error(
-        "this program was built without training: build it with `--features train`, or name a model with --model"
-    )]
-    CannotTrain,
     /// An instance that would be scored is among those that the model has seen.
     #[error(
         "instance {:016x} is scored, and yet the model in {} was trained on it: no score of this model would be of \
@@ -86,12 +80,4 @@ pub enum ModelRefusal {
     },
 }
 
-impl Ends for ModelRefusal {
-    fn exit(&self) -> Exit {
-        match self {
-            #[cfg(not(feature = "train"))]
-            Self::CannotTrain => Exit::MissingCapability,
-            _ => Exit::BadInput,
-        }
-    }
-}
+impl Ends for ModelRefusal {}

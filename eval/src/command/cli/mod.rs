@@ -73,10 +73,8 @@ pub enum Command {
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
     Models(ModelsArgs),
     /// Trains models in several ways on the same views and compares them.
-    #[cfg(feature = "train")]
     Study(StudyArgs),
     /// Trains the scene's model from scratch.
-    #[cfg(feature = "train")]
     Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.
     Schema,
@@ -256,7 +254,6 @@ pub struct LookArgs {
 }
 
 /// `bench study FILE`: models compared.
-#[cfg(feature = "train")]
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct StudyArgs {
     /// The study: a file, or the name of one that comes with the program.
@@ -285,7 +282,6 @@ pub struct ModelsArgs {
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.
-#[cfg(feature = "train")]
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct TrainArgs {
     /// The scene: a file, or the name of one that comes with the program.

@@ -1,6 +1,6 @@
 //! Why a scene is not drawn.
 
-use crate::exit::{Ends, Exit};
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -13,21 +13,6 @@ pub enum LookError {
         /// What was asked for.
         path: PathBuf,
     },
-    /// A recording is asked for, of a program that cannot write one.
-    #[cfg(not(feature = "rerun"))]
-    #[error(
-        "this program was built without Rerun: build it with `cargo build --release -p vantage-eval --features rerun`, or \
-         leave --rerun out"
-    )]
-    CannotRecord,
 }
 
-impl Ends for LookError {
-    fn exit(&self) -> Exit {
-        match self {
-            Self::NoPicture { .. } => Exit::BadInput,
-            #[cfg(not(feature = "rerun"))]
-            Self::CannotRecord => Exit::MissingCapability,
-        }
-    }
-}
+impl Ends for LookError {}

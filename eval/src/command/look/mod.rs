@@ -54,7 +54,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let out = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
     #[cfg(not(feature = "rerun"))]
     if args.rerun.is_some() {
-        return Err(LookError::CannotRecord.into());
+        return Err(crate::left_out::LeftOut::Rerun.into());
     }
     let opened = open(args.renderer.into())?;
     if let Some(notice) = &opened.notice {

@@ -1,8 +1,5 @@
 //! `bench train SCENE --out DIR`: the scene's model, trained from scratch.
 
-#[cfg(not(feature = "gpu"))]
-pub mod error;
-
 use crate::command::cli::TrainArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
@@ -32,5 +29,5 @@ fn gpu() -> Result<TrainingDevice, BenchError> {
 
 #[cfg(not(feature = "gpu"))]
 fn gpu() -> Result<TrainingDevice, BenchError> {
-    Err(error::NoGpuBuild.into())
+    Err(crate::left_out::LeftOut::Gpu.into())
 }
