@@ -13,7 +13,7 @@
 //! | [`camera`], [`crop`], [`mask`], [`window`] | pinhole camera; 32 x 32 crops and how they are cut | 6 |
 //! | [`viewpoint`] | the allocentric viewpoint `x_rel` and its derivative | 10 |
 //! | [`sighting`], [`ray`] | viewpoints by odometry and boxes alone; where lines of sight meet | 16-19 |
-//! | [`instance`], [`views`], [`episode_views`] | instances, their splits and symmetries; sets of views to train on | 12-14 |
+//! | [`instance`], [`views`], [`mod@episode_views`] | instances, their splits and symmetries; sets of views to train on | 12-14 |
 //! | [`sample`], [`capture`] | labelled crops and whole images, for formats of others | |
 //! | [`se3`], [`median`], [`seed`], [`widest`], [`jpeg`] | SE(3); medians; named random streams; vector instructions; whether a JPEG is whole | |
 //! | [`store`] | episodes and view sets on disk; the cache of stages | |

@@ -1,5 +1,6 @@
 //! What a program is built without unless a feature asks for it.
 
+use crate::exit::{Ends, Exit};
 use thiserror::Error;
 
 /// Something was asked of a program that was built without it.
@@ -17,6 +18,12 @@ pub enum LeftOut {
     /// Parquet, and BigBIRD with its HDF5 files.
     #[error("{}", remedy("Parquet and HDF5", "formats"))]
     Formats,
+}
+
+impl Ends for LeftOut {
+    fn exit(&self) -> Exit {
+        Exit::MissingCapability
+    }
 }
 
 fn remedy(what: &str, feature: &str) -> String {

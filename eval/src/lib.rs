@@ -7,6 +7,7 @@
 //!
 //! Rooms, from the ground up; each uses those above it:
 //!
+//! - [`exit`]: an error -> an exit code
 //! - [`progress`]: what is under way -> a bar, or lines
 //! - [`result`]: numbers -> tables with their origin -> files
 //! - [`scene_file`]: YAML -> a checked scene, or a study
@@ -19,6 +20,7 @@
 //! - [`command`]: arguments -> a run of `bench` -> exit code
 
 pub mod command;
+pub mod exit;
 pub mod figure;
 pub mod gate;
 pub mod left_out;

@@ -85,6 +85,57 @@ fn what_is_misspelt_is_told_with_what_may_have_been_meant() {
     );
     told("study tabletop", &["`bench tabletop` runs it"]);
     told("tabletop --seed 2", &["--seeds"]);
+    told("helpp", &["did you mean the command `help`?"]);
+    told("./tabletop", &["no file ./tabletop; did you mean `tabletop`, which comes with the program?"]);
+    told("tabletop check", &["a command comes before the scene: `bench check SCENE`"]);
+    told("tabletop shelves", &["one scene at a time: `shelves` is one word too many"]);
+    told("schema extra", &["extra", "Usage"]);
+    told("tabletop --model nope", &["--model nope: there is no such folder", "`bench list`"]);
+    told("datset tabletop --out x", &["did you mean the command `dataset`?"]);
+}
+
+#[test]
+fn numbers_of_seeds_out_of_range_are_told_the_range() {
+    for (number, command) in [("0", "check"), ("-1", "check"), ("-1", "dataset")] {
+        let line = format!("{command} tabletop --seeds {number}");
+        outside(&root(), &line).expect(2, &[&format!("{number} is not in 1..=")]);
+    }
+}
+
+#[test]
+fn schema_prints_json_and_nothing_else() {
+    let printed = Finished::of(bench().arg("schema"));
+    printed.expect(0, &[]);
+    let schema: serde_json::Value = serde_json::from_str(&printed.stdout).unwrap();
+    assert_eq!((schema["title"].as_str(), printed.stderr.as_str()), (Some("SceneFile"), ""));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_standard_output_ends_with_6() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let ended = bench().arg("schema").stdout(full).stderr(Stdio::piped()).output().unwrap();
+    assert_eq!(ended.status.code(), Some(6));
+    assert!(String::from_utf8_lossy(&ended.stderr).contains("standard output"));
+}
+
+#[test]
+fn a_model_that_comes_with_the_program_is_taken_by_its_name() {
+    let scene = SmallScene::new(&[]);
+    Finished::of(scene.command().args(["--model", "predictive", "--seeds", "1"])).expect(0, &[]);
+    assert!(scene.path("out/scenes/small/0/predictive.tum").exists(), "its row has its name");
+    let folder = tempfile::tempdir().unwrap();
+    let told = outside(folder.path(), "models objects");
+    told.expect(0, &[]);
+    assert!(told.stdout.contains("viewpoint_dependent"), "{}", told.stdout);
+    outside(folder.path(), "models objekts").expect(2, &["no folder objekts"]);
+}
+
+#[test]
+fn a_model_that_is_not_there_is_found_before_any_work() {
+    let scene = SmallScene::new(&[]);
+    Finished::of(scene.command().args(["--model", "nope"])).expect(2, &["--model nope", "bench train"]);
+    assert!(!scene.path("cache/entries/views").exists());
 }
 
 #[test]

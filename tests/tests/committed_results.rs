@@ -4,9 +4,8 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use vantage_eval::command::INDEX;
+use vantage_eval::command::{INDEX, folders, index, scene_table};
 use vantage_eval::figure::gains::gains_svg;
-use vantage_eval::result::index::{folders, index, scene_table};
 use vantage_eval::result::kind::ResultKind;
 use vantage_eval::result::metric::Metric;
 use vantage_eval::result::paired::Paired;
@@ -62,7 +61,7 @@ fn results_have_all_scores_that_a_run_has_today() {
     for folder in all() {
         let (name, results) = (folder.display(), Results::read(&folder).unwrap());
         for table in &TABLES {
-            let found = results.tables.iter().find(|stored| stored.name() == table.name);
+            let found = results.table(table.name);
             let metrics = found.map(|stored| stored.metrics());
             assert_eq!(metrics, Some(table.metrics()), "{name}, {}: make its results again", table.name);
         }
@@ -123,11 +122,10 @@ fn tables_are_those_of_the_raw_scores_beside_them_and_nothing_else_is_a_table() 
 fn gains_are_those_of_the_raw_scores_beside_them() {
     for folder in folders(&root().join("results"), ResultKind::Scene) {
         let results = Results::read(&folder).unwrap();
-        let Some(table) = results.tables.iter().find(|table| table.name() == "trajectory") else { continue };
+        let Some(table) = results.table("trajectory") else { continue };
         let learned = table.methods().iter().filter(|method| is_learned(method));
-        let gains: Vec<(&str, Paired)> = learned
-            .map(|method| (method.as_str(), Paired::of(table, method, Metric::Ate).unwrap()))
-            .collect();
+        let gains: Vec<(&str, Paired)> =
+            learned.map(|method| (method.as_str(), table.paired(method, Metric::Ate).unwrap())).collect();
         let drawn = gains_svg(&results.scene, table.reference().unwrap(), &gains).unwrap();
         let committed = std::fs::read_to_string(folder.join("gains.svg")).unwrap();
         assert!(drawn == committed, "{}: run `bench SCENE --out results`", folder.display());

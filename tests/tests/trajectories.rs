@@ -8,7 +8,7 @@ use vantage_dataset::Pose;
 use vantage_dataset::store::write_tum;
 use vantage_eval::result::metric::Metric;
 use vantage_eval::result::results_file::Results;
-use vantage_eval::result::table::{Outcome, Run};
+use vantage_eval::result::run::{Outcome, Run};
 use vantage_eval::result::trajectory::Trajectory;
 use vantage_tests::{Finished, SmallScene};
 
@@ -58,7 +58,7 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
     );
 
     let results = Results::read(&scene.path("out/scenes/small")).unwrap();
-    let table = results.tables.iter().find(|table| table.name() == "trajectory").unwrap();
+    let table = results.table("trajectory").unwrap();
     let runs = |method: &str| -> Vec<&Run> { table.runs().filter(|run| run.method == method).collect() };
     let pairs = runs("mine").into_iter().zip(runs("odometry"));
     assert_eq!(pairs.clone().count(), 2);

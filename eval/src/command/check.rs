@@ -3,7 +3,7 @@
 use super::scene::line::{line, seeds};
 use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::gate::{Machine, comparable, compare};
 use crate::pipeline::Naming;
 use crate::result::grid::Style;

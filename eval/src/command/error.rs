@@ -1,11 +1,14 @@
 //! Everything that ends a run of `bench` early.
 
 use super::dataset::error::DatasetError;
+use super::folder::FolderError;
 use super::import::error::ImportRefusal;
 use super::look::error::LookError;
+use super::models::error::Refused;
 use super::scene::error::RunError;
-use super::source::SourceError;
+use super::source::error::SourceError;
 use super::validation::error::ValidationError;
+use crate::exit::{Ends, Exit};
 use crate::figure::FigureError;
 #[cfg(feature = "rerun")]
 use crate::figure::recording::RecordingError;
@@ -22,124 +25,70 @@ use crate::scene_file::SceneFileError;
 use crate::scene_file::study::VariantError;
 use crate::score::entry::EntryError;
 use crate::score::pairs::PairsError;
-use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::store::StoreError;
 use vantage_formats::ImportError;
+use vantage_learn::ModelError;
 use vantage_model::AnswerError;
 use vantage_sim::error::SimError;
 use vantage_sim::render::RenderError;
 
-/// Everything that ends a run early.
-#[derive(Debug, Error)]
-pub enum BenchError {
-    /// See [`SceneFileError`].
-    #[error(transparent)]
-    Scene(#[from] SceneFileError),
-    /// See [`SourceError`].
-    #[error(transparent)]
-    Source(#[from] SourceError),
-    /// See [`FullerResult`].
-    #[error(transparent)]
-    FullerResult(#[from] FullerResult),
-    /// See [`StageError`].
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// See [`SaveError`].
-    #[error(transparent)]
-    Save(#[from] SaveError),
-    /// See [`OutputError`].
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// See [`StoreError`].
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// See [`SimError`].
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// See [`RenderError`].
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// See [`vantage_learn::ModelError`].
-    #[error(transparent)]
-    Model(#[from] vantage_learn::ModelError),
-    /// Model folders that are refused, of those to be told of.
-    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Refused(Vec<vantage_learn::ModelError>),
-    /// See [`AnswerError`].
-    #[error("observation model: {0}")]
-    Answer(#[from] AnswerError),
-    /// See [`FigureError`].
-    #[error(transparent)]
-    Figure(#[from] FigureError),
-    /// See [`EntryError`].
-    #[error(transparent)]
-    Entry(#[from] EntryError),
-    /// See [`RunError`].
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// See [`ResultsError`].
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// See [`GateError`].
-    #[error(transparent)]
-    Gate(#[from] GateError),
-    /// See [`DatasetError`].
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
-    /// See [`ImportError`].
-    #[error(transparent)]
-    Import(#[from] ImportError),
-    /// See [`ImportRefusal`].
-    #[error(transparent)]
-    ImportRefused(#[from] ImportRefusal),
-    /// See [`LookError`].
-    #[error(transparent)]
-    Look(#[from] LookError),
-    /// See [`RecordingError`].
+/// Declares [`BenchError`] of the errors it may be, each with what is said before it, if anything.
+macro_rules! errors {
+    ($($(#[$built:meta])* $name:ident($error:ty) $said:literal;)*) => {
+        /// Everything that ends a run early, in its own words.
+        #[derive(Debug, Error)]
+        pub enum BenchError {
+            $(
+                $(#[$built])*
+                #[doc = concat!("`", stringify!($error), "`.")]
+                #[error($said)]
+                $name(#[from] $error),
+            )*
+        }
+
+        impl Ends for BenchError {
+            fn exit(&self) -> Exit {
+                match self {
+                    $($(#[$built])* Self::$name(error) => error.exit(),)*
+                }
+            }
+        }
+    };
+}
+
+errors! {
+    Scene(SceneFileError) "{0}";
+    Source(SourceError) "{0}";
+    Folder(FolderError) "{0}";
+    FullerResult(FullerResult) "{0}";
+    Stage(StageError) "{0}";
+    Save(SaveError) "{0}";
+    Output(OutputError) "{0}";
+    Store(StoreError) "{0}";
+    Sim(SimError) "{0}";
+    Render(RenderError) "{0}";
+    Model(ModelError) "{0}";
+    Refused(Refused) "{0}";
+    Answer(AnswerError) "observation model: {0}";
+    Figure(FigureError) "{0}";
+    Entry(EntryError) "{0}";
+    Run(RunError) "{0}";
+    Results(ResultsError) "{0}";
+    Gate(GateError) "{0}";
+    Dataset(DatasetError) "{0}";
+    Import(ImportError) "{0}";
+    ImportRefused(ImportRefusal) "{0}";
+    Look(LookError) "{0}";
     #[cfg(feature = "rerun")]
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// See [`ValidationError`].
-    #[error(transparent)]
-    Validation(#[from] ValidationError),
-    /// See [`VariantError`].
-    #[error(transparent)]
-    Variant(#[from] VariantError),
-    /// A folder that is to be read is not there.
-    #[error("there is no folder {}", folder.display())]
-    NoFolder {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// A folder that a dataset was to be written to holds something else.
-    #[error(
-        "{} already holds something else: nothing was changed; choose a new or empty folder with --out",
-        folder.display()
-    )]
-    NotOurs {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// See [`LeftOut`].
-    #[error(transparent)]
-    LeftOut(#[from] LeftOut),
-    /// An estimator answered with poses that cannot be scored.
-    #[error("an estimate cannot be scored: {0}")]
-    Pairs(#[from] PairsError),
-    /// An estimator answered with poses that are no trajectory.
-    #[error("an estimate is no trajectory: {0}")]
-    Trajectory(#[from] TrajectoryError),
-    /// See [`TableError`].
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// Standard output is closed or full.
-    #[error("cannot write to standard output: {0}")]
-    Stdout(#[from] std::io::Error),
-    /// A value of ours that JSON cannot hold.
-    #[error("cannot write as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-    /// A table that CSV cannot hold.
-    #[error("cannot write as CSV: {0}")]
-    Csv(#[from] csv::Error),
+    Recording(RecordingError) "{0}";
+    LeftOut(LeftOut) "{0}";
+    Validation(ValidationError) "{0}";
+    Variant(VariantError) "{0}";
+    Pairs(PairsError) "an estimate cannot be scored: {0}";
+    Trajectory(TrajectoryError) "an estimate is no trajectory: {0}";
+    Table(TableError) "{0}";
+    Stdout(std::io::Error) "cannot write to standard output: {0}";
+    Json(serde_json::Error) "cannot write as JSON: {0}";
+    Csv(csv::Error) "cannot write as CSV: {0}";
 }

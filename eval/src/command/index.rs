@@ -1,27 +1,200 @@
-//! `bench index RESULTS_DIR`: the index of a folder of results.
+//! `bench index RESULTS_DIR`: the index of a folder of results, what scenes gave and which studies there are.
 
-use crate::command::cli::IndexArgs;
-use crate::command::error::BenchError;
-use crate::command::exit::Exit;
-use crate::result::index::{index, scene_table};
+use super::cli::IndexArgs;
+use super::error::BenchError;
+use super::folder::is_there;
+use crate::exit::Exit;
+use crate::result::kind::ResultKind;
+use crate::result::manifest;
+use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
+use crate::result::paired::Paired;
+use crate::result::report::TABLES;
+use crate::result::results_file::{FILE_NAME, Results, ResultsError};
+use crate::result::statistics::Mean;
+use crate::result::table::Table;
+use crate::scene_file::row::Row;
+use crate::scene_file::row_name::is_learned;
+use crate::score::trajectory_scores::TRAJECTORIES;
+use std::fs;
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// Name of the index.
 pub const INDEX: &str = "README.md";
 
+const TABLE_HEAD: &str = "\
+| scene | seeds | odometry | geometric | learned | paired difference | seeds better |
+|---|---|---|---|---|---|---|
+";
+
 /// Writes the index into the folder, and prints its table of scenes with links from here.
 pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let folder = &args.results;
-    if !folder.is_dir() {
-        return Err(BenchError::NoFolder { folder: folder.clone() });
-    }
+    is_there(folder)?;
     let text = index(folder)?;
     OutputFolder::probe(folder)?.write(INDEX, text.as_bytes())?;
-    write!(
-        stdout,
-        "{}",
-        scene_table(folder, &format!("{}/", folder.to_string_lossy().trim_end_matches('/')))?
-    )?;
+    let here = format!("{}/", folder.to_string_lossy().trim_end_matches('/'));
+    write!(stdout, "{}", scene_table(folder, &here)?)?;
     Ok(Exit::Success)
+}
+
+/// A table of all scenes below `root` that have trajectories, Markdown, those that gain most first; links begin with `prefix`.
+///
+/// Mean ATE in metres; the difference is the learned row's less that of geometry alone on the same seed, with its 95% interval.
+pub fn scene_table(root: &Path, prefix: &str) -> Result<String, ResultsError> {
+    let mut rows = Vec::new();
+    for folder in folders(root, ResultKind::Scene) {
+        let results = Results::read(&folder)?;
+        if let Some(table) = results.table(TRAJECTORIES) {
+            let learned: Vec<&String> = table.methods().iter().filter(|method| is_learned(method)).collect();
+            for method in &learned {
+                let label = match learned.len() {
+                    1 => results.scene.clone(),
+                    _ => format!("{}, {method}", results.scene),
+                };
+                let link = format!("[{label}]({prefix}scenes/{}/{TABLES})", results.scene);
+                let paired = table.paired(method, Metric::Ate);
+                let gain = paired.as_ref().and_then(Paired::mean).map_or(f64::INFINITY, |mean| mean.mean);
+                rows.push((gain, row(&link, table, method, paired.as_ref())));
+            }
+        }
+    }
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+    Ok(TABLE_HEAD.to_owned() + &rows.into_iter().map(|(_, row)| row).collect::<String>())
+}
+
+fn row(link: &str, table: &Table, method: &str, paired: Option<&Paired>) -> String {
+    let ate = |method: &str| {
+        table.cell(method, Metric::Ate).mean.map_or_else(|| "-".to_owned(), |mean| metres(mean.mean))
+    };
+    let difference =
+        paired.and_then(Paired::mean).map_or_else(|| "-".to_owned(), |mean| with_interval(&mean));
+    let better =
+        paired.map_or_else(|| "-".to_owned(), |paired| format!("{} of {}", paired.better(), paired.seeds()));
+    let [odometry, geometric] = [Row::Odometry, Row::Geometric].map(|row| ate(&row.to_string()));
+    let (seeds, learned) = (table.seeds().len(), ate(method));
+    format!("| {link} | {seeds} | {odometry} | {geometric} | {learned} | {difference} | {better} |\n")
+}
+
+/// The whole index, Markdown, with links from `root`.
+pub fn index(root: &Path) -> Result<String, ResultsError> {
+    let mut text = format!(
+        "# Results\n\nMade by `bench index`, from the files beside it.\n\n## Scenes\n\n\
+         Mean error of the trajectory (ATE) in metres, first poses aligned.\n\
+         The paired difference is *learned* less *geometric* on the same seed, with its 95% interval.\n\
+         Less than zero is a gain.\n\n{}\n",
+        scene_table(root, "")?
+    );
+    for folder in folders(root, ResultKind::Scene) {
+        text += &line(root, &folder, "");
+    }
+    text += "\n## Studies\n\n";
+    for folder in folders(root, ResultKind::Study) {
+        text += &line(root, &folder, &format!(": {}", title(&folder)));
+    }
+    Ok(text)
+}
+
+/// `- name: title [tables](..), [raw scores](..), [origin](..), [picture](..)`, as far as there are such files.
+fn line(root: &Path, folder: &Path, title: &str) -> String {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let place = folder.strip_prefix(root).unwrap_or(folder).to_string_lossy().replace('\\', "/");
+    let known = [(TABLES, "tables"), (FILE_NAME, "raw scores"), (manifest::FILE_NAME, "origin")];
+    let known = known.into_iter().map(|(file, label)| (file.to_owned(), label.to_owned()));
+    let pictures = pictures(folder).into_iter().map(|file| (file.clone(), file));
+    let links = known.chain(pictures).filter(|(file, _)| folder.join(file).exists());
+    let links: Vec<String> = links.map(|(file, label)| format!("[{label}]({place}/{file})")).collect();
+    let name = match folder.join(INDEX).exists() {
+        true => format!("[{name}]({place}/{INDEX})"),
+        false => name.into_owned(),
+    };
+    format!("- {name}{title}\n  ({})\n", links.join(", "))
+}
+
+/// What a study is about: the title of its README or, without one, its purpose.
+fn title(folder: &Path) -> String {
+    let read = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
+    let first = read(INDEX).lines().find_map(|line| line.strip_prefix("# ").map(str::to_owned));
+    first.unwrap_or_else(|| read("variants.md").lines().nth(2).unwrap_or_default().to_owned())
+}
+
+fn pictures(folder: &Path) -> Vec<String> {
+    let is_picture = |name: &String| name.ends_with(".svg") || name.ends_with(".png");
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> =
+        entries.filter_map(|entry| entry.file_name().into_string().ok()).filter(is_picture).collect();
+    names.sort();
+    names
+}
+
+/// The folders of finished results of a kind, by name.
+pub fn folders(root: &Path, of: ResultKind) -> Vec<PathBuf> {
+    let place = of.place(root, "");
+    let entries = fs::read_dir(place).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut folders: Vec<PathBuf> = entries.filter(|path| path.join(FILE_NAME).exists()).collect();
+    folders.sort();
+    folders
+}
+
+/// To a millimetre, zero without sign.
+fn metres(value: f64) -> String {
+    let text = format!("{value:.3}");
+    if text == "-0.000" { "0.000".to_owned() } else { text }
+}
+
+fn with_interval(mean: &Mean) -> String {
+    let half = mean.half_width.map(|half| format!(" +- {}", metres(half))).unwrap_or_default();
+    metres(mean.mean) + &half
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::table::tests::{METHODS, run, runs, table};
+    use vantage_dataset::Seed;
+
+    fn write(root: &Path, of: ResultKind, name: &str, table: Table) -> PathBuf {
+        let folder = of.place(root, name);
+        fs::create_dir_all(&folder).unwrap();
+        let results = Results::new(name, "abc", vec![table]);
+        fs::write(folder.join(FILE_NAME), results.to_json().unwrap()).unwrap();
+        folder
+    }
+
+    #[test]
+    fn scenes_are_compared_and_studies_are_told_of() {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        write(root, ResultKind::Scene, "gains", table(runs()).unwrap());
+        let mut worse = runs();
+        for run in worse.iter_mut().filter(|run| run.method == METHODS[2]) {
+            *run.scores.get_mut(&Metric::Ate).unwrap() += 0.0999;
+        }
+        write(root, ResultKind::Scene, "a_loss", table(worse).unwrap());
+        let latents = vec![run("a", 0, &[(Metric::Ari, 0.5)])];
+        let latents = Table::new("latents", &["a"], None, &[Metric::Ari], &[Seed(0)], latents).unwrap();
+        let study = write(root, ResultKind::Study, "mine", latents);
+        fs::write(study.join("variants.md"), "# mine\n\nWhat it shows.\n").unwrap();
+        fs::write(study.join("latents.png"), "").unwrap();
+        fs::create_dir_all(root.join("studies/unfinished")).unwrap();
+
+        let table = scene_table(root, "results/").unwrap();
+        let lines: Vec<&str> = table.lines().skip(2).collect();
+        assert_eq!(lines.len(), 2, "{table}");
+        assert_eq!(
+            lines[0],
+            "| [gains](results/scenes/gains/tables.md) | 4 | 1.000 | 0.650 | 0.550 | -0.100 +- 0.000 | 4 of 4 |"
+        );
+        assert!(lines[1].contains("| 0.650 | 0.000 +- 0.000 | 4 of 4 |"), "{table}");
+        let text = index(root).unwrap();
+        assert!(
+            text.contains(
+                "- mine: What it shows.\n  ([raw scores](studies/mine/results.json), [latents.png]"
+            )
+        );
+        assert!(!text.contains("unfinished") && text.contains("](scenes/gains/tables.md)"), "{text}");
+        fs::write(study.join("README.md"), "# A title\n").unwrap();
+        assert!(index(root).unwrap().contains("- [mine](studies/mine/README.md): A title\n"));
+    }
 }

@@ -5,7 +5,7 @@ use super::cli::Cli;
 /// From now on, an interrupt ends the process so.
 #[cfg(unix)]
 pub fn tell_when_interrupted(cli: &Cli) {
-    use super::exit::Exit;
+    use crate::exit::Exit;
     use signal_hook::consts::SIGINT;
     use signal_hook::iterator::Signals;
     use std::io::IsTerminal;

@@ -1,7 +1,7 @@
 //! `bench list`: scenes, models and studies that come with the program.
 
-use super::exit::Exit;
 use crate::command::error::BenchError;
+use crate::exit::Exit;
 use crate::scene_file::study::StudyFile;
 use crate::scene_file::{FileKind, SceneFile, parse};
 use crate::supplied;

@@ -37,6 +37,18 @@ impl Cli {
         Some(Source { path, kind: FileKind::Scene, cache })
     }
 
+    /// The models that the command is given, by their folders or names, and the folder of its cache.
+    pub fn models(&mut self) -> Option<(Vec<&mut PathBuf>, &Path)> {
+        Some(match &mut self.command {
+            None => (self.run.stages.model.iter_mut().collect(), &self.run.stages.cache),
+            Some(Command::Calibrate(args)) => (args.model.iter_mut().collect(), &args.validation.cache),
+            Some(Command::Check(args)) => (args.stages.model.iter_mut().collect(), &args.stages.cache),
+            Some(Command::Figures(args)) => (args.model.iter_mut().collect(), &args.cache),
+            Some(Command::Models(args)) => (args.folders.iter_mut().collect(), &args.cache),
+            Some(_) => return None,
+        })
+    }
+
     /// What a command that is interrupted leaves for the next one, and the folder that holds it.
     pub fn kept(&self) -> Option<(&'static str, &Path)> {
         let stages = |cache| Some(("finished stages", cache));

@@ -1,9 +1,9 @@
 //! Each command, from its arguments to its exit code.
 
 use super::cli::{Cli, Command};
-use super::exit::Exit;
 use super::source;
 use crate::command::error::BenchError;
+use crate::exit::Exit;
 #[cfg(not(feature = "train"))]
 use crate::left_out::LeftOut;
 use crate::progress::Loudness;

@@ -1,8 +1,8 @@
 //! `bench completions SHELL` and `bench man [COMMAND]`: files that a shell and `man` read.
 
 use super::cli::{Cli, CompletionsArgs, ManArgs};
-use super::exit::Exit;
 use crate::command::error::BenchError;
+use crate::exit::Exit;
 use clap::CommandFactory;
 use std::io::Write;
 
@@ -25,14 +25,4 @@ pub fn man(args: &ManArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> 
     }
     clap_mangen::Man::new(page).render(stdout)?;
     Ok(Exit::Success)
-}
-
-/// The name of a command, for [`ManArgs`].
-pub fn command_name(name: &str) -> Result<String, String> {
-    let commands = Cli::command();
-    let names: Vec<&str> = commands.get_subcommands().map(clap::Command::get_name).collect();
-    if names.contains(&name) {
-        return Ok(name.to_owned());
-    }
-    Err(format!("there is no such command; expected one of {}", names.join(", ")))
 }

@@ -2,7 +2,7 @@
 
 use crate::command::cli::TrainArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::pipeline::{Pipeline, train as train_into, train_on};
 use crate::result::output_folder::OutputFolder;
 use std::io::Write;
@@ -24,7 +24,7 @@ pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 
 #[cfg(feature = "gpu")]
 fn gpu() -> Result<TrainingDevice, BenchError> {
-    Ok(TrainingDevice::gpu()?)
+    Ok(TrainingDevice::gpu().map_err(crate::pipeline::StageError::from)?)
 }
 
 #[cfg(not(feature = "gpu"))]

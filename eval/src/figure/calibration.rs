@@ -1,10 +1,9 @@
 //! `calibration.svg`: whether residuals are as large as the model claims, together and number by number.
 
 use super::FigureError;
-use super::key::draw_key;
 use super::palette::color;
+use super::svg::{Area, Drawn, draw_key, svg};
 use crate::score::calibration::{Calibration, REGIONS};
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 const FIGURE: &str = "calibration";
@@ -12,27 +11,17 @@ const SIZE: (u32, u32) = (1100, 480);
 /// Points of a curve.
 const POINTS: usize = 200;
 
-type Panel<'a, 'b> = DrawingArea<SVGBackend<'b>, Shift>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
-
 /// Draws what was found beside what was promised: residuals as claimed lie on the lines.
 pub fn calibration_svg(found: &Calibration) -> Result<String, FigureError> {
-    let mut svg = String::new();
-    let mut draw = || -> Drawn {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        area.fill(&WHITE)?;
+    svg(FIGURE, SIZE, |area| {
         let (left, right) = area.split_horizontally(SIZE.0 / 2);
         together(&left, found)?;
-        number_by_number(&right, found)?;
-        area.present()?;
-        Ok(())
-    };
-    draw().map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
-    Ok(svg)
+        number_by_number(&right, found)
+    })
 }
 
 /// The share of residuals inside the region that should hold each share.
-fn together(area: &Panel<'_, '_>, found: &Calibration) -> Drawn {
+fn together(area: &Area<'_>, found: &Calibration) -> Drawn {
     let mut chart = ChartBuilder::on(area)
         .caption(
             format!("Squared whitened residuals of {} held-out views", found.residuals),
@@ -68,7 +57,7 @@ fn together(area: &Panel<'_, '_>, found: &Calibration) -> Drawn {
 }
 
 /// The share of each whitened number inside its intervals.
-fn number_by_number(area: &Panel<'_, '_>, found: &Calibration) -> Drawn {
+fn number_by_number(area: &Area<'_>, found: &Calibration) -> Drawn {
     let numbers = found.number_inside.len() as f64;
     let mut chart = ChartBuilder::on(area)
         .caption("Each whitened number", ("sans-serif", 18))

@@ -1,5 +1,6 @@
 //! Why a figure was not drawn.
 
+use crate::exit::{Ends, Exit};
 use thiserror::Error;
 
 /// Why a figure was not drawn.
@@ -27,4 +28,10 @@ pub enum FigureError {
         /// What it said.
         reason: String,
     },
+}
+
+impl Ends for FigureError {
+    fn exit(&self) -> Exit {
+        Exit::Bug
+    }
 }

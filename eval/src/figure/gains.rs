@@ -2,10 +2,10 @@
 
 use super::FigureError;
 use super::palette::color;
+use super::svg::{Area, Drawn, svg};
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
 use crate::result::statistics::Mean;
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use vantage_dataset::Seed;
@@ -17,8 +17,6 @@ const PANEL: u32 = 380;
 /// Above which number of seeds their names would touch.
 const NAMED: usize = 60;
 
-type Drawn = Result<(), Box<dyn std::error::Error>>;
-
 /// A panel for each method: a bar a seed, from the best to the worst, with the mean and its 95% interval.
 ///
 /// `scene` and `reference` are for the titles; differences are of the ATE, metres.
@@ -26,23 +24,16 @@ pub fn gains_svg(scene: &str, reference: &str, methods: &[(&str, Paired)]) -> Re
     if methods.is_empty() {
         return Err(FigureError::Empty { figure: FIGURE });
     }
-    let mut svg = String::new();
-    let mut draw = || -> Drawn {
-        let area =
-            SVGBackend::with_string(&mut svg, (WIDTH, PANEL * methods.len() as u32)).into_drawing_area();
-        area.fill(&WHITE)?;
+    svg(FIGURE, (WIDTH, PANEL * methods.len() as u32), |area| {
         for (panel, (method, paired)) in area.split_evenly((methods.len(), 1)).iter().zip(methods) {
             let title = format!("{scene}: ATE of {method} less that of {reference}, seed by seed");
             bars(panel, &title, paired)?;
         }
-        area.present()?;
         Ok(())
-    };
-    draw().map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
-    Ok(svg)
+    })
 }
 
-fn bars(panel: &DrawingArea<SVGBackend<'_>, Shift>, title: &str, paired: &Paired) -> Drawn {
+fn bars(panel: &Area<'_>, title: &str, paired: &Paired) -> Drawn {
     let sorted = paired.sorted();
     let mean = paired.mean();
     let (low, high) = limits(&sorted, mean);
@@ -104,7 +95,7 @@ mod tests {
     #[test]
     fn every_seed_has_a_bar_with_its_name_and_the_mean_is_told() {
         let table = table(runs()).unwrap();
-        let paired = |method| (method, Paired::of(&table, method, Metric::Ate).unwrap());
+        let paired = |method| (method, table.paired(method, Metric::Ate).unwrap());
         let svg = gains_svg("a<b", "geometric", &[paired(METHODS[2])]).unwrap();
         let rectangles = |svg: &str| svg.matches("<rect").count();
         // The ground, four bars and the interval.
@@ -123,7 +114,7 @@ mod tests {
     #[test]
     fn one_seed_has_no_interval_and_no_method_no_picture() {
         let one = table(runs()).unwrap().on(&[Seed(1)]);
-        let paired = Paired::of(&one, METHODS[2], Metric::Ate).unwrap();
+        let paired = one.paired(METHODS[2], Metric::Ate).unwrap();
         let svg = gains_svg("s", "geometric", &[("mine", paired)]).unwrap();
         assert!(svg.contains("mean -0.1000 m") && !svg.contains("+-"), "{svg}");
         assert!(matches!(gains_svg("s", "geometric", &[]), Err(FigureError::Empty { .. })));

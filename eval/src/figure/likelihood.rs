@@ -1,11 +1,12 @@
 //! `likelihood.svg`: how well the model knows a viewpoint: mean log-likelihood against the azimuth's offset from truth.
 
 use super::FigureError;
-use super::key::draw_key;
 use super::palette::color;
+use super::svg::{Area, Drawn, draw_key, svg};
 use plotters::prelude::*;
 
 const FIGURE: &str = "likelihood";
+const SIZE: (u32, u32) = (800, 500);
 
 /// One curve: its name, and (offset in radians, mean log-likelihood less that at the truth) by rising offset.
 pub type Curve<'a> = (&'a str, Vec<(f64, f64)>);
@@ -24,21 +25,11 @@ pub fn likelihood_svg(title: &str, curves: &[Curve<'_>]) -> Result<String, Figur
     }
     let (low, high) = range.ok_or(FigureError::Empty { figure: FIGURE })?;
     let margin = ((high - low) * 0.05).max(1e-6);
-    let mut svg = String::new();
-    draw(title, curves, (low - margin, high + margin), &mut svg)
-        .map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
-    Ok(svg)
+    svg(FIGURE, SIZE, |area| draw(title, curves, (low - margin, high + margin), area))
 }
 
-fn draw(
-    title: &str,
-    curves: &[Curve<'_>],
-    (low, high): (f64, f64),
-    svg: &mut String,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let area = SVGBackend::with_string(svg, (800, 500)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&area)
+fn draw(title: &str, curves: &[Curve<'_>], (low, high): (f64, f64), area: &Area<'_>) -> Drawn {
+    let mut chart = ChartBuilder::on(area)
         .caption(title, ("sans-serif", 18))
         .margin(10)
         .x_label_area_size(40)
@@ -58,9 +49,7 @@ fn draw(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     }
-    draw_key(&mut chart, SeriesLabelPosition::UpperRight)?;
-    area.present()?;
-    Ok(())
+    draw_key(&mut chart, SeriesLabelPosition::UpperRight)
 }
 
 #[cfg(test)]

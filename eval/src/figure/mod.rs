@@ -6,12 +6,12 @@ pub mod crop_table;
 pub mod embedding_map;
 mod error;
 pub mod gains;
-mod key;
 pub mod likelihood;
 pub mod palette;
 #[cfg(feature = "rerun")]
 pub mod recording;
 pub mod scene_sheet;
+mod svg;
 pub mod trajectory;
 pub mod tsne;
 pub mod viewpoint_map;

@@ -10,6 +10,7 @@
 //! world/robot/camera/image                what it sees; below it detections and sighted landmarks
 //! ```
 
+use crate::exit::{Ends, Exit};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use rerun::archetypes::{
@@ -52,6 +53,15 @@ pub enum RecordingError {
     /// See [`SimError`].
     #[error(transparent)]
     Sim(#[from] SimError),
+}
+
+impl Ends for RecordingError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Write { .. } => Exit::CannotWrite,
+            Self::Sim(error) => error.exit(),
+        }
+    }
 }
 
 /// Writes all of a rollout to a file, which appears when it is whole; its folder has to be there.

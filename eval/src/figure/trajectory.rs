@@ -2,7 +2,7 @@
 
 use super::FigureError;
 use super::palette::color;
-use plotters::coord::Shift;
+use super::svg::{Area, Drawn, svg};
 use plotters::prelude::*;
 use vantage_dataset::Pose;
 
@@ -21,8 +21,6 @@ const LINE: i32 = 22;
 /// Width of a letter of the key, pixels.
 const LETTER: i32 = 8;
 
-type Drawn = Result<(), Box<dyn std::error::Error>>;
-
 /// What the figure shows, all in the true world frame.
 #[derive(Clone, Debug, Default)]
 pub struct TopView<'a> {
@@ -39,10 +37,17 @@ pub struct TopView<'a> {
 /// Draws the figure; metres, x to the right and y up, at equal scale, with a point where the robot starts and crosses where paths end.
 pub fn trajectory_svg(view: &TopView<'_>) -> Result<String, FigureError> {
     let frame = Frame::around(view)?;
-    let mut svg = String::new();
-    draw(view, &frame, &mut svg)
-        .map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
-    Ok(svg)
+    let width = EDGE + LABELS.0 + frame.size.0 as u32 + MARGIN;
+    let names: Vec<&str> = view.estimates.iter().map(|(name, _)| *name).collect();
+    let key = places(&names, width as i32);
+    let head = key.last().map_or(0, |(_, (_, y))| *y) + LINE;
+    let height = head as u32 + frame.size.1 as u32 + LABELS.1;
+    svg(FIGURE, (width, height), |area| {
+        let (above, below) = area.split_vertically(head);
+        above.draw(&Text::new(view.title.to_owned(), (MARGIN as i32, 8), ("sans-serif", 18)))?;
+        draw_key(&above, &key)?;
+        draw(view, &frame, &below)
+    })
 }
 
 fn xy(pose: &Pose) -> (f64, f64) {
@@ -89,18 +94,8 @@ impl Frame {
     }
 }
 
-fn draw(view: &TopView<'_>, frame: &Frame, svg: &mut String) -> Drawn {
-    let width = EDGE + LABELS.0 + frame.size.0 as u32 + MARGIN;
-    let names: Vec<&str> = view.estimates.iter().map(|(name, _)| *name).collect();
-    let key = places(&names, width as i32);
-    let head = key.last().map_or(0, |(_, (_, y))| *y) + LINE;
-    let height = head as u32 + frame.size.1 as u32 + LABELS.1;
-    let area = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let (above, below) = area.split_vertically(head);
-    above.draw(&Text::new(view.title.to_owned(), (MARGIN as i32, 8), ("sans-serif", 18)))?;
-    draw_key(&above, &key)?;
-    let mut chart = ChartBuilder::on(&below)
+fn draw(view: &TopView<'_>, frame: &Frame, area: &Area<'_>) -> Drawn {
+    let mut chart = ChartBuilder::on(area)
         .margin_left(EDGE)
         .margin_right(MARGIN)
         .x_label_area_size(LABELS.1)
@@ -126,7 +121,6 @@ fn draw(view: &TopView<'_>, frame: &Frame, svg: &mut String) -> Drawn {
         chart.draw_series(poses.last().map(|end| Cross::new(xy(end), 5, style)))?;
     }
     chart.draw_series(truth().next_back().map(|end| Cross::new(end, 5, BLACK.stroke_width(2))))?;
-    area.present()?;
     Ok(())
 }
 
@@ -170,7 +164,7 @@ fn places<'a>(names: &[&'a str], width: i32) -> Vec<(Word<'a>, (i32, i32))> {
     placed
 }
 
-fn draw_key(area: &DrawingArea<SVGBackend<'_>, Shift>, key: &[(Word<'_>, (i32, i32))]) -> Drawn {
+fn draw_key(area: &Area<'_>, key: &[(Word<'_>, (i32, i32))]) -> Drawn {
     for (word, (x, y)) in key {
         let (left, middle, right) = ((*x, y + 8), (x + 10, y + 8), (x + 20, y + 8));
         match word {

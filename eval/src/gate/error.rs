@@ -1,5 +1,6 @@
 //! Why nothing can be compared.
 
+use crate::exit::{Ends, Exit};
 use thiserror::Error;
 
 /// Why fresh results cannot be compared with a baseline.
@@ -32,4 +33,13 @@ pub enum GateError {
     /// The baseline has no number at all.
     #[error("the baseline holds no number: nothing was compared")]
     Nothing,
+}
+
+impl Ends for GateError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Scene { .. } | Self::Seed { .. } => Exit::BadInput,
+            Self::Nothing => Exit::NothingEvaluated,
+        }
+    }
 }

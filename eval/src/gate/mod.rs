@@ -45,7 +45,7 @@ pub fn compare(baseline: &Results, fresh: &Results) -> Result<Verdict, GateError
     of_scene(baseline, &fresh.scene, &fresh.scene_hash)?;
     let mut comparisons = Vec::new();
     for old in &baseline.tables {
-        let Some(new) = named(fresh, old.name()) else {
+        let Some(new) = fresh.table(old.name()) else {
             comparisons.extend(Comparison::of_tables(Some(old), None));
             continue;
         };
@@ -55,13 +55,9 @@ pub fn compare(baseline: &Results, fresh: &Results) -> Result<Verdict, GateError
     if comparisons.iter().all(|comparison| comparison.baseline.is_none()) {
         return Err(GateError::Nothing);
     }
-    let unknown = fresh.tables.iter().filter(|new| named(baseline, new.name()).is_none());
+    let unknown = fresh.tables.iter().filter(|new| baseline.table(new.name()).is_none());
     comparisons.extend(unknown.flat_map(|new| Comparison::of_tables(None, Some(new))));
     Ok(Verdict { comparisons })
-}
-
-fn named<'a>(results: &'a Results, name: &str) -> Option<&'a Table> {
-    results.tables.iter().find(|table| table.name() == name)
 }
 
 #[cfg(test)]
@@ -69,8 +65,8 @@ mod tests {
     use super::*;
     use crate::result::grid::Style;
     use crate::result::metric::Metric;
+    use crate::result::run::{Outcome, Run};
     use crate::result::table::tests::{METHODS, run, runs, table};
-    use crate::result::table::{Outcome, Run};
 
     fn results(runs: Vec<Run>) -> Results {
         Results::new("tabletop", "abc", vec![table(runs).unwrap()])

@@ -1,6 +1,7 @@
 //! Why a stage of the line has no answer.
 
 use super::model_error::ModelRefusal;
+use crate::exit::{Ends, Exit};
 use crate::left_out::LeftOut;
 use crate::result::output_folder::OutputError;
 use crate::result::table::TableError;
@@ -95,4 +96,29 @@ pub enum StageError {
     /// A value of ours that JSON cannot hold.
     #[error("cannot write as JSON: {0}")]
     Json(#[from] serde_json::Error),
+}
+
+impl Ends for StageError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Scene(error) => error.exit(),
+            Self::Render(error) => error.exit(),
+            Self::Sim(error) => error.exit(),
+            Self::Store(error) => error.exit(),
+            Self::Output(error) => error.exit(),
+            Self::Model(error) => error.exit(),
+            Self::Answer(error) => error.exit(),
+            Self::Refused(error) => error.exit(),
+            Self::LeftOut(error) => error.exit(),
+            #[cfg(feature = "train")]
+            Self::Train(error) => error.exit(),
+            Self::Estimate(error) => error.exit(),
+            Self::Variant(error) => error.exit(),
+            Self::Pairs(error) => error.exit(),
+            Self::Table(error) => error.exit(),
+            Self::Json(error) => error.exit(),
+            Self::NoViews { .. } | Self::NothingHeldOut { .. } => Exit::BadInput,
+            Self::NotFinite { .. } | Self::StoredAnswers { .. } => Exit::StoredDataInvalid,
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::stage_cache::StageCache;
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
-use crate::result::table::Outcome;
+use crate::result::run::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::Row;
 use crate::score::object::ObjectEstimate;

@@ -23,7 +23,8 @@ pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use error::StageError;
 pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
 pub use model::{
-    LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, model, model_hash, models,
+    LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, chosen_models, model, model_hash,
+    models,
 };
 pub use model_error::ModelRefusal;
 #[cfg(feature = "train")]

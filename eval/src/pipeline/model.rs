@@ -58,7 +58,11 @@ pub fn chosen_model(
     let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
     let chosen = if train { None } else { named.map(Path::to_owned).or_else(committed) };
     match chosen {
-        Some(folder) if !folder.is_dir() => Err(ModelRefusal::NoModel { folder }.into()),
+        Some(folder) if !folder.is_dir() => Err(match named {
+            Some(_) => ModelRefusal::NotThere { folder },
+            None => ModelRefusal::NoReference { folder },
+        }
+        .into()),
         chosen => Ok(chosen),
     }
 }
@@ -77,36 +81,44 @@ pub enum Naming {
     Kind,
 }
 
-/// Loads the models in the folders that the user `named`, the scene's own where there is none, or trains one. Their rows' names
-/// differ from each other, from those of the scene's other rows, and from `others`.
-pub fn models(
+/// Likewise, of the models that the user `named`, the scene's own where there is none.
+pub fn chosen_models(
     pipeline: &Pipeline,
     train: bool,
     named: &[PathBuf],
+) -> Result<Vec<Option<PathBuf>>, StageError> {
+    match named {
+        [] => Ok(vec![chosen_model(pipeline, train, None)?]),
+        named => named.iter().map(|folder| chosen_model(pipeline, train, Some(folder))).collect(),
+    }
+}
+
+/// Loads the models that were `chosen`, or trains one. Their rows' names differ from each other, from those of the scene's other rows,
+/// and from `others`.
+pub fn models(
+    pipeline: &Pipeline,
+    chosen: &[Option<PathBuf>],
     naming: Naming,
     others: &[&str],
 ) -> Result<Vec<LoadedModel>, StageError> {
-    if train || named.is_empty() {
-        return Ok(vec![model(pipeline, chosen_model(pipeline, train, None)?.as_deref())?]);
-    }
     let mut taken = reserved_names();
     taken.extend(others.iter().map(|&name| name.to_owned()));
-    let name_of = |folder: &Path, kind: String| match naming {
-        Naming::Kind => Ok(kind),
-        Naming::Folder => {
-            folder_name(folder).ok_or_else(|| ModelRefusal::Unnamed { folder: folder.to_owned() })
-        }
-    };
-    let load = |folder: &PathBuf| {
-        let loaded = model(pipeline, chosen_model(pipeline, false, Some(folder))?.as_deref())?;
-        let name = name_of(folder, loaded.name.clone())?;
+    let load = |chosen: &Option<PathBuf>| {
+        let loaded = model(pipeline, chosen.as_deref())?;
+        let folder = || loaded.folder.clone();
+        let name = match naming {
+            Naming::Kind => loaded.name.clone(),
+            Naming::Folder => {
+                folder_name(&loaded.folder).ok_or_else(|| ModelRefusal::Unnamed { folder: folder() })?
+            }
+        };
         if taken.contains(&name) {
-            return Err(ModelRefusal::Named { folder: folder.clone(), name }.into());
+            return Err(ModelRefusal::Named { folder: folder(), name }.into());
         }
         taken.push(name.clone());
         Ok(LoadedModel { name, ..loaded })
     };
-    named.iter().map(load).collect()
+    chosen.iter().map(load).collect()
 }
 
 /// Loads the model in `folder`, or trains one where that is `None`.

@@ -1,5 +1,6 @@
 //! Why a model is not scored.
 
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_dataset::InstanceId;
@@ -8,13 +9,23 @@ use vantage_learn::Kind;
 /// Why a model is not scored.
 #[derive(Debug, Error)]
 pub enum ModelRefusal {
-    /// A model's folder is not there.
+    /// A model that the user names is not there.
     #[error(
-        "there is no folder {}, which --model or the scene's training.reference names (relative to the scene file: put it beside \
-         the others, into scenes/): name one that is there or that `bench train` wrote by --model DIR, or train one with --train",
+        "--model {}: there is no such folder; name one that `bench train` wrote, or a model that comes with the program \
+         (`bench list`)",
         folder.display()
     )]
-    NoModel {
+    NotThere {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The scene's own model is not there.
+    #[error(
+        "there is no folder {}, which the scene's training.reference names (relative to the scene file: put it beside the others, \
+         into scenes/): name a model by --model, or train one with --train",
+        folder.display()
+    )]
+    NoReference {
         /// The folder.
         folder: PathBuf,
     },
@@ -68,3 +79,5 @@ pub enum ModelRefusal {
         name: String,
     },
 }
+
+impl Ends for ModelRefusal {}

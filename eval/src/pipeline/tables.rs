@@ -1,7 +1,8 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
 use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError};
-use crate::result::table::{Outcome, Run, Table, TableError};
+use crate::result::run::{Outcome, Run};
+use crate::result::table::{Table, TableError};
 use crate::scene_file::row::Row;
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;

@@ -24,6 +24,14 @@ impl Style {
     pub fn terminal() -> Self {
         Self::Terminal(console::Term::stdout().size_checked().map_or(USUAL_WIDTH, |(_, columns)| columns))
     }
+
+    /// The same, within no more than so many columns of a terminal.
+    pub fn within(self, most: u16) -> Self {
+        match self {
+            Self::Terminal(columns) => Self::Terminal(columns.min(most)),
+            Self::Markdown => self,
+        }
+    }
 }
 
 /// Draws a table whose first column is text and whose others are numbers. On a terminal that it is too wide for, cells break.
@@ -57,7 +65,7 @@ pub(crate) fn draw_in_parts(style: Style, kept: usize, head: &[String], rows: &[
     let Style::Terminal(width) = style else { return draw(style, head, rows.to_vec()) };
     let widest = |column: usize| {
         let texts = rows.iter().map(|row| &row[column]).chain([&head[column]]);
-        texts.map(|text| text.chars().count()).max().unwrap_or(0) + BESIDE
+        texts.flat_map(|text| text.lines()).map(|line| line.chars().count()).max().unwrap_or(0) + BESIDE
     };
     let beside = (0..kept).map(widest).sum::<usize>() + 1;
     let mut parts: Vec<Vec<usize>> = Vec::new();

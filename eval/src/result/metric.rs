@@ -2,104 +2,125 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A column of a result table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Metric {
+/// Declares [`Metric`]: what each is, its name in tables, that in files, its unit, and which way it is better.
+macro_rules! metrics {
+    ($($(#[$what:meta])* $metric:ident => $label:literal, $column:literal, $unit:ident, $better:expr;)*) => {
+        /// A column of a result table.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Metric {
+            $($(#[$what])* $metric,)*
+        }
+
+        impl Metric {
+            #[cfg(test)]
+            const ALL: &[Metric] = &[$(Metric::$metric),*];
+
+            fn facts(self) -> (&'static str, &'static str, Unit, Better) {
+                use Better::{Higher, Lower, Near};
+                match self {
+                    $(Metric::$metric => ($label, $column, Unit::$unit, $better),)*
+                }
+            }
+        }
+    };
+}
+
+metrics! {
     /// Absolute trajectory error, first pose aligned: [`crate::score::ate::ate`].
-    Ate,
+    Ate => "ATE", "ate_m", Meter, Lower;
     /// Absolute trajectory error, all positions aligned: [`crate::score::ate::ate_umeyama`].
-    AteUmeyama,
+    AteUmeyama => "ATE (Umeyama)", "ate_umeyama_m", Meter, Lower;
     /// Translation part of the relative pose error over one step: [`crate::score::rpe::rpe`].
-    RpeTranslation,
+    RpeTranslation => "RPE transl.", "rpe_translation_m", Meter, Lower;
     /// Rotation part of the relative pose error over one step.
-    RpeRotation,
+    RpeRotation => "RPE rot.", "rpe_rotation_rad", Radian, Lower;
     /// Yaw error: [`crate::score::heading::heading_error`].
-    Heading,
+    Heading => "Heading", "heading_rad", Radian, Lower;
     /// Distance of object centres: [`crate::score::object::object_errors`].
-    ObjectCenter,
+    ObjectCenter => "Object centre", "object_center_m", Meter, Lower;
     /// Orientation error of objects modulo symmetry.
-    ObjectOrientation,
+    ObjectOrientation => "Object orient.", "object_orientation_rad", Radian, Lower;
     /// Adjusted Rand index: [`crate::score::clustering::cluster_scores`].
-    Ari,
+    Ari => "ARI", "ari", Ratio, Higher;
     /// Normalized mutual information.
-    Nmi,
+    Nmi => "NMI", "nmi", Ratio, Higher;
     /// V-measure.
-    VMeasure,
+    VMeasure => "V-measure", "v_measure", Ratio, Higher;
     /// Homogeneity.
-    Homogeneity,
+    Homogeneity => "Homogeneity", "homogeneity", Ratio, Higher;
     /// Completeness.
-    Completeness,
+    Completeness => "Completeness", "completeness", Ratio, Higher;
     /// Purity.
-    Purity,
+    Purity => "Purity", "purity", Ratio, Higher;
     /// Recall@1: [`crate::score::retrieval::recall_at`].
-    RecallAt1,
+    RecallAt1 => "Recall@1", "recall_at_1", Ratio, Higher;
     /// Recall@1 where the match has to come from another lighting session.
-    RecallAt1AcrossLight,
+    RecallAt1AcrossLight => "Recall@1, other light", "recall_at_1_other_light", Ratio, Higher;
     /// Recall@5.
-    RecallAt5,
+    RecallAt5 => "Recall@5", "recall_at_5", Ratio, Higher;
     /// Median azimuth error: [`crate::score::viewpoint::summarize`].
-    ViewpointMedian,
+    ViewpointMedian => "Viewpoint median", "viewpoint_median_rad", Radian, Lower;
     /// Share of azimuth errors under 15 degrees.
-    ViewpointRight,
+    ViewpointRight => "Viewpoint < 15 deg", "viewpoint_right", Ratio, Higher;
     /// Recall@5 where the matches have to come from another lighting session.
-    RecallAt5AcrossLight,
+    RecallAt5AcrossLight => "Recall@5, other light", "recall_at_5_other_light", Ratio, Higher;
     /// Silhouette of the true instances: [`crate::score::silhouette::silhouette`].
-    Silhouette,
+    Silhouette => "Silhouette", "silhouette", Ratio, Higher;
     /// Share of views under other light whose most likely known instance is the right one:
     /// [`crate::score::instance_posterior::instance_posterior`].
-    InstanceRight,
+    InstanceRight => "Instance right", "instance_right", Ratio, Higher;
     /// Mean probability of the right known instance.
-    InstanceProbability,
+    InstanceProbability => "P(instance)", "instance_probability", Ratio, Higher;
     /// Share of embeddings that HDBSCAN puts in no cluster: [`crate::score::density::density_clusters`].
-    Noise,
+    Noise => "Noise", "noise", Ratio, Lower;
     /// By how much the number of clusters that HDBSCAN finds is off, over the number of instances.
-    ClusterCount,
+    ClusterCount => "Clusters off by", "cluster_count_error", Ratio, Lower;
     /// Class accuracy by the nearest of one tagged image a class: [`crate::score::grounding::ground`].
-    NearestOf1,
+    NearestOf1 => "NN, 1 tag", "class_nearest_of_1", Ratio, Higher;
     /// By the nearest of two.
-    NearestOf2,
+    NearestOf2 => "NN, 2 tags", "class_nearest_of_2", Ratio, Higher;
     /// By the nearest of five.
-    NearestOf5,
+    NearestOf5 => "NN, 5 tags", "class_nearest_of_5", Ratio, Higher;
     /// By the nearest of ten.
-    NearestOf10,
+    NearestOf10 => "NN, 10 tags", "class_nearest_of_10", Ratio, Higher;
     /// Class accuracy by Gaussians about the mean of two tagged images a class.
-    GaussianOf2,
+    GaussianOf2 => "Gaussian, 2 tags", "class_gaussian_of_2", Ratio, Higher;
     /// Of five.
-    GaussianOf5,
+    GaussianOf5 => "Gaussian, 5 tags", "class_gaussian_of_5", Ratio, Higher;
     /// Of ten.
-    GaussianOf10,
+    GaussianOf10 => "Gaussian, 10 tags", "class_gaussian_of_10", Ratio, Higher;
     /// PSNR of a view by the latent of that view alone: [`crate::score::psnr::psnr`].
-    Psnr,
+    Psnr => "PSNR, own view", "psnr_db", Decibel, Higher;
     /// PSNR of a view by the latent of views of other sessions.
-    PsnrHeldOut,
+    PsnrHeldOut => "PSNR, held out", "psnr_held_out_db", Decibel, Higher;
     /// Median of the deviation that the likelihood promises of the azimuth:
     /// [`crate::score::azimuth_information::promised_deviation`].
-    ViewpointPromised,
+    ViewpointPromised => "Promised deviation", "viewpoint_promised_rad", Radian, Lower;
     /// Share of azimuth errors within 1.96 promised deviations.
-    ViewpointInside,
+    ViewpointInside => "Error < 1.96 promised", "viewpoint_inside", Ratio, Near(0.95);
     /// Median azimuth error where all pixels of the predicted image are compared, not the reduced measurement; one view an instance.
-    ViewpointByImage,
+    ViewpointByImage => "Viewpoint median, image", "viewpoint_median_image_rad", Radian, Lower;
     /// Mean log-likelihood of a reduced measurement by the latent of views of other sessions: [`crate::score::bound`].
-    LogLikelihood,
+    LogLikelihood => "Log-likelihood, held out", "log_likelihood_held_out_nat", Nat, Higher;
     /// Mean divergence of what a single view says of the latent from the prior.
-    Divergence,
+    Divergence => "Divergence, own view", "divergence_nat", Nat, Lower;
     /// Share of residuals inside the region of 50% of the Student t: [`crate::score::calibration::calibration`].
-    Inside50,
+    Inside50 => "In 50%", "residual_inside_50", Ratio, Near(0.5);
     /// Inside that of 80%.
-    Inside80,
+    Inside80 => "In 80%", "residual_inside_80", Ratio, Near(0.8);
     /// Inside that of 95%.
-    Inside95,
+    Inside95 => "In 95%", "residual_inside_95", Ratio, Near(0.95);
     /// Share of residuals inside the region of 50% of the Gaussian of the same covariance.
-    GaussianInside50,
+    GaussianInside50 => "Gaussian: in 50%", "residual_gaussian_inside_50", Ratio, Near(0.5);
     /// Inside that of 95%.
-    GaussianInside95,
+    GaussianInside95 => "Gaussian: in 95%", "residual_gaussian_inside_95", Ratio, Near(0.95);
     /// Share of single whitened numbers inside their interval of 95%.
-    NumberInside95,
+    NumberInside95 => "Number in 95%", "residual_number_inside_95", Ratio, Near(0.95);
     /// Of the whitened number for which that share is farthest from 95%.
-    WorstNumberInside95,
+    WorstNumberInside95 => "Worst number in 95%", "residual_worst_number_inside_95", Ratio, Near(0.95);
     /// Variance of the squared whitened norm over that of the law.
-    SquaredNormVariance,
+    SquaredNormVariance => "Var of norm^2 / law", "residual_squared_norm_variance", Ratio, Near(1.0);
 }
 
 /// What a metric is measured in.
@@ -129,122 +150,6 @@ pub enum Better {
 }
 
 impl Metric {
-    /// All metrics, in the order of their declaration.
-    pub const ALL: [Metric; 46] = [
-        Metric::Ate,
-        Metric::AteUmeyama,
-        Metric::RpeTranslation,
-        Metric::RpeRotation,
-        Metric::Heading,
-        Metric::ObjectCenter,
-        Metric::ObjectOrientation,
-        Metric::Ari,
-        Metric::Nmi,
-        Metric::VMeasure,
-        Metric::Homogeneity,
-        Metric::Completeness,
-        Metric::Purity,
-        Metric::RecallAt1,
-        Metric::RecallAt1AcrossLight,
-        Metric::RecallAt5,
-        Metric::ViewpointMedian,
-        Metric::ViewpointRight,
-        Metric::RecallAt5AcrossLight,
-        Metric::Silhouette,
-        Metric::InstanceRight,
-        Metric::InstanceProbability,
-        Metric::Noise,
-        Metric::ClusterCount,
-        Metric::NearestOf1,
-        Metric::NearestOf2,
-        Metric::NearestOf5,
-        Metric::NearestOf10,
-        Metric::GaussianOf2,
-        Metric::GaussianOf5,
-        Metric::GaussianOf10,
-        Metric::Psnr,
-        Metric::PsnrHeldOut,
-        Metric::ViewpointPromised,
-        Metric::ViewpointInside,
-        Metric::ViewpointByImage,
-        Metric::LogLikelihood,
-        Metric::Divergence,
-        Metric::Inside50,
-        Metric::Inside80,
-        Metric::Inside95,
-        Metric::GaussianInside50,
-        Metric::GaussianInside95,
-        Metric::NumberInside95,
-        Metric::WorstNumberInside95,
-        Metric::SquaredNormVariance,
-    ];
-
-    /// Its name in tables, that in files, its unit, and which way it is better.
-    fn facts(self) -> (&'static str, &'static str, Unit, Better) {
-        use Better::{Higher, Lower, Near};
-        use Unit::{Decibel, Meter, Nat, Radian, Ratio};
-        match self {
-            Metric::Ate => ("ATE", "ate_m", Meter, Lower),
-            Metric::AteUmeyama => ("ATE (Umeyama)", "ate_umeyama_m", Meter, Lower),
-            Metric::RpeTranslation => ("RPE transl.", "rpe_translation_m", Meter, Lower),
-            Metric::RpeRotation => ("RPE rot.", "rpe_rotation_rad", Radian, Lower),
-            Metric::Heading => ("Heading", "heading_rad", Radian, Lower),
-            Metric::ObjectCenter => ("Object centre", "object_center_m", Meter, Lower),
-            Metric::ObjectOrientation => ("Object orient.", "object_orientation_rad", Radian, Lower),
-            Metric::Ari => ("ARI", "ari", Ratio, Higher),
-            Metric::Nmi => ("NMI", "nmi", Ratio, Higher),
-            Metric::VMeasure => ("V-measure", "v_measure", Ratio, Higher),
-            Metric::Homogeneity => ("Homogeneity", "homogeneity", Ratio, Higher),
-            Metric::Completeness => ("Completeness", "completeness", Ratio, Higher),
-            Metric::Purity => ("Purity", "purity", Ratio, Higher),
-            Metric::RecallAt1 => ("Recall@1", "recall_at_1", Ratio, Higher),
-            Metric::RecallAt1AcrossLight => {
-                ("Recall@1, other light", "recall_at_1_other_light", Ratio, Higher)
-            }
-            Metric::RecallAt5 => ("Recall@5", "recall_at_5", Ratio, Higher),
-            Metric::ViewpointMedian => ("Viewpoint median", "viewpoint_median_rad", Radian, Lower),
-            Metric::ViewpointRight => ("Viewpoint < 15 deg", "viewpoint_right", Ratio, Higher),
-            Metric::RecallAt5AcrossLight => {
-                ("Recall@5, other light", "recall_at_5_other_light", Ratio, Higher)
-            }
-            Metric::Silhouette => ("Silhouette", "silhouette", Ratio, Higher),
-            Metric::InstanceRight => ("Instance right", "instance_right", Ratio, Higher),
-            Metric::InstanceProbability => ("P(instance)", "instance_probability", Ratio, Higher),
-            Metric::Noise => ("Noise", "noise", Ratio, Lower),
-            Metric::ClusterCount => ("Clusters off by", "cluster_count_error", Ratio, Lower),
-            Metric::NearestOf1 => ("NN, 1 tag", "class_nearest_of_1", Ratio, Higher),
-            Metric::NearestOf2 => ("NN, 2 tags", "class_nearest_of_2", Ratio, Higher),
-            Metric::NearestOf5 => ("NN, 5 tags", "class_nearest_of_5", Ratio, Higher),
-            Metric::NearestOf10 => ("NN, 10 tags", "class_nearest_of_10", Ratio, Higher),
-            Metric::GaussianOf2 => ("Gaussian, 2 tags", "class_gaussian_of_2", Ratio, Higher),
-            Metric::GaussianOf5 => ("Gaussian, 5 tags", "class_gaussian_of_5", Ratio, Higher),
-            Metric::GaussianOf10 => ("Gaussian, 10 tags", "class_gaussian_of_10", Ratio, Higher),
-            Metric::Psnr => ("PSNR, own view", "psnr_db", Decibel, Higher),
-            Metric::PsnrHeldOut => ("PSNR, held out", "psnr_held_out_db", Decibel, Higher),
-            Metric::ViewpointPromised => ("Promised deviation", "viewpoint_promised_rad", Radian, Lower),
-            Metric::ViewpointInside => ("Error < 1.96 promised", "viewpoint_inside", Ratio, Near(0.95)),
-            Metric::ViewpointByImage => {
-                ("Viewpoint median, image", "viewpoint_median_image_rad", Radian, Lower)
-            }
-            Metric::LogLikelihood => ("Log-likelihood, held out", "log_likelihood_held_out_nat", Nat, Higher),
-            Metric::Divergence => ("Divergence, own view", "divergence_nat", Nat, Lower),
-            Metric::Inside50 => ("In 50%", "residual_inside_50", Ratio, Near(0.5)),
-            Metric::Inside80 => ("In 80%", "residual_inside_80", Ratio, Near(0.8)),
-            Metric::Inside95 => ("In 95%", "residual_inside_95", Ratio, Near(0.95)),
-            Metric::GaussianInside50 => ("Gaussian: in 50%", "residual_gaussian_inside_50", Ratio, Near(0.5)),
-            Metric::GaussianInside95 => {
-                ("Gaussian: in 95%", "residual_gaussian_inside_95", Ratio, Near(0.95))
-            }
-            Metric::NumberInside95 => ("Number in 95%", "residual_number_inside_95", Ratio, Near(0.95)),
-            Metric::WorstNumberInside95 => {
-                ("Worst number in 95%", "residual_worst_number_inside_95", Ratio, Near(0.95))
-            }
-            Metric::SquaredNormVariance => {
-                ("Var of norm^2 / law", "residual_squared_norm_variance", Ratio, Near(1.0))
-            }
-        }
-    }
-
     /// Its name in a table's head, without unit.
     pub fn label(self) -> &'static str {
         self.facts().0
@@ -321,13 +226,14 @@ impl Metric {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
     fn files_and_tables_name_each_metric_once() {
-        let columns: std::collections::BTreeSet<_> = Metric::ALL.iter().map(|m| m.column()).collect();
-        let labels: std::collections::BTreeSet<_> = Metric::ALL.iter().map(|m| m.label()).collect();
+        let columns: BTreeSet<_> = Metric::ALL.iter().map(|m| m.column()).collect();
+        let labels: BTreeSet<_> = Metric::ALL.iter().map(|m| m.label()).collect();
         assert_eq!((columns.len(), labels.len()), (Metric::ALL.len(), Metric::ALL.len()));
-        for metric in Metric::ALL {
+        for metric in Metric::ALL.iter().copied() {
             let suffix = match metric.unit() {
                 Unit::Meter => "_m",
                 Unit::Radian => "_rad",

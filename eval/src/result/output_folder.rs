@@ -1,5 +1,6 @@
 //! The output folder: found writable before any work, and written file by file so that none is ever half there.
 
+use crate::exit::{Ends, Exit};
 use crate::progress::Progress;
 use crate::result::made_folders::MadeFolders;
 use crate::result::trajectory::Trajectory;
@@ -24,6 +25,12 @@ pub struct OutputError {
     pub path: PathBuf,
     /// What the system said.
     pub source: io::Error,
+}
+
+impl Ends for OutputError {
+    fn exit(&self) -> Exit {
+        Exit::CannotWrite
+    }
 }
 
 impl OutputFolder {

@@ -1,8 +1,8 @@
 //! Paired differences: a method's score less the reference's on the same seed.
 
 use super::metric::{Better, Metric};
+use super::run::Run;
 use super::statistics::Mean;
-use super::table::Table;
 use vantage_dataset::Seed;
 
 /// Differences by seed, at least one.
@@ -13,12 +13,11 @@ pub struct Paired {
 }
 
 impl Paired {
-    /// Over the seeds on which both scores are defined; `None` where that is none, or the table has no reference, or the method is it.
-    pub fn of(table: &Table, method: &str, metric: Metric) -> Option<Self> {
-        let reference = table.reference().filter(|reference| *reference != method)?;
-        let score = |index: usize, method: &str| table.runs_of(method)[index].scores.get(&metric).copied();
-        let difference = |(index, &seed)| Some((seed, score(index, method)? - score(index, reference)?));
-        let differences: Vec<_> = table.seeds().iter().enumerate().filter_map(difference).collect();
+    /// Of runs on the same seeds, over those on which both scores are defined; `None` where that is none.
+    pub fn of(metric: Metric, method: &[Run], reference: &[Run]) -> Option<Self> {
+        let score = |run: &Run| run.scores.get(&metric).copied();
+        let difference = |(own, other): (&Run, &Run)| Some((own.seed, score(own)? - score(other)?));
+        let differences: Vec<_> = method.iter().zip(reference).filter_map(difference).collect();
         (!differences.is_empty()).then_some(Self { metric, differences })
     }
 
@@ -57,6 +56,7 @@ impl Paired {
 
 #[cfg(test)]
 mod tests {
+    use super::super::table::Table;
     use super::super::table::tests::{METHODS, run};
     use super::*;
 
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn seeds_that_have_both_are_counted_sorted_and_the_middle_one_is_told() {
-        let paired = Paired::of(&table(), METHODS[2], Metric::Ate).unwrap();
+        let paired = table().paired(METHODS[2], Metric::Ate).unwrap();
         assert_eq!((paired.seeds(), paired.better()), (3, 2));
         assert_eq!(paired.sorted().iter().map(|(seed, _)| seed.0).collect::<Vec<_>>(), [0, 2, 1]);
         assert_eq!(paired.median_seed(), Some(Seed(2)));
@@ -86,10 +86,10 @@ mod tests {
 
     #[test]
     fn the_reference_and_tables_without_one_have_none() {
-        assert_eq!(Paired::of(&table(), METHODS[1], Metric::Ate), None);
-        assert_eq!(Paired::of(&table(), METHODS[2], Metric::Heading), None);
+        assert_eq!(table().paired(METHODS[1], Metric::Ate), None);
+        assert_eq!(table().paired(METHODS[2], Metric::Heading), None);
         let runs = vec![run("a", 0, &[(Metric::Ate, 1.0)])];
         let alone = Table::new("t", &["a"], None, &[Metric::Ate], &[Seed(0)], runs).unwrap();
-        assert_eq!(Paired::of(&alone, "a", Metric::Ate), None);
+        assert_eq!(alone.paired("a", Metric::Ate), None);
     }
 }

@@ -3,6 +3,7 @@
 //! It holds scores and what they are scores of, and nothing of the host or the clock, so that equal inputs give equal
 //! bytes; those facts are in the [manifest](crate::result::manifest).
 
+use crate::exit::{Ends, Exit};
 use crate::result::table::Table;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -68,6 +69,15 @@ pub enum ResultsError {
     },
 }
 
+impl Ends for ResultsError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Missing { .. } => Exit::BadInput,
+            Self::Unreadable { .. } | Self::Invalid { .. } | Self::Format { .. } => Exit::StoredDataInvalid,
+        }
+    }
+}
+
 #[derive(Deserialize)]
 struct Version {
     format: u32,
@@ -77,6 +87,11 @@ impl Results {
     /// Results of a scene.
     pub fn new(scene: &str, scene_hash: &str, tables: Vec<Table>) -> Self {
         Self { format: FORMAT, scene: scene.to_owned(), scene_hash: scene_hash.to_owned(), tables }
+    }
+
+    /// The table of this name.
+    pub fn table(&self, name: &str) -> Option<&Table> {
+        self.tables.iter().find(|table| table.name() == name)
     }
 
     /// The file's text.

@@ -1,6 +1,7 @@
 //! The result that lies in a folder already, and what it would lose to another run.
 
 use super::manifest::FILE_NAME;
+use crate::exit::Ends;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -40,6 +41,8 @@ pub struct FullerResult {
     /// What the run lacks.
     pub lacks: String,
 }
+
+impl Ends for FullerResult {}
 
 impl Standing {
     /// That in `folder`; `None` where there is no finished result.

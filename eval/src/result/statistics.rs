@@ -33,11 +33,6 @@ impl Mean {
         Some(Self { n, mean, half_width, deviation })
     }
 
-    /// The standard deviation of the mean itself: the seed-to-seed spread over the square root of `n`.
-    pub fn standard_error(&self) -> Option<f64> {
-        self.deviation.map(|d| d / (self.n as f64).sqrt())
-    }
-
     /// Lower and upper bound of the interval; `None` for one value.
     pub fn interval(&self) -> Option<(f64, f64)> {
         self.half_width.map(|h| (self.mean - h, self.mean + h))

@@ -1,27 +1,25 @@
 //! What a run says first: a table of trajectories, one of latents, and the answer in words.
 
-use super::grid::{Style, UNDEFINED, draw};
+use super::grid::{Style, UNDEFINED, draw_in_parts};
 use super::metric::Metric;
-use super::paired::Paired;
-use super::table::{Summary, Table};
-use super::table_text::{mean_text, runs_text};
+use super::table::Table;
+use super::table_text::{mean_text, over, runs_text};
 
-/// Columns of a terminal that both tables fit into.
+/// Columns that both tables fit into; on a narrower terminal they come in parts.
 const WIDTH: u16 = 100;
 
 /// Trajectories: error, paired difference to the reference, seeds that are better, heading.
-pub fn trajectories(table: &Table) -> String {
-    let summary = table.summary();
+pub fn trajectories(table: &Table, style: Style) -> String {
     let mut head = vec!["Method".to_owned(), "Runs".to_owned(), "ATE [m] ↓".to_owned()];
     if let Some(reference) = table.reference() {
         head.extend([format!("Difference to\n{reference} [m] ↓"), "Seeds\nbetter".to_owned()]);
     }
     head.push("Heading\n[deg] ↓".to_owned());
     let row = |method: &String| {
-        let mean = |metric| mean_of(&summary, method, metric);
+        let mean = |metric| mean_of(table, method, metric);
         let mut row = vec![method.clone(), runs_text(table, method), mean(Metric::Ate)];
         if table.reference().is_some() {
-            let paired = Paired::of(table, method, Metric::Ate);
+            let paired = table.paired(method, Metric::Ate);
             let runs = table.seeds().len();
             let difference = paired.as_ref().map(|paired| mean_text(Metric::Ate, paired.mean(), runs));
             let better = paired.map(|paired| format!("{} of {}", paired.better(), paired.seeds()));
@@ -30,34 +28,33 @@ pub fn trajectories(table: &Table) -> String {
         row.push(mean(Metric::Heading));
         row
     };
-    let drawn = draw(Style::Terminal(WIDTH), &head, table.methods().iter().map(row).collect());
+    let rows: Vec<Vec<String>> = table.methods().iter().map(row).collect();
+    let drawn = draw_in_parts(style.within(WIDTH), 1, &head, &rows);
     format!("Trajectories, {}\n{drawn}\n", over(table))
 }
 
 /// Latents of single views: clusters, retrieval, azimuth, class from a few tags.
-pub fn latents(latents: &Table, classes: &Table) -> String {
-    let summaries = [latents.summary(), classes.summary()];
+pub fn latents(latents: &Table, classes: &Table, style: Style) -> String {
     let head =
         ["Method", "ARI ↑", "Recall@1,\nother light ↑", "Azimuth,\nmedian [deg] ↓", "Class by\n10 tags ↑"];
     let columns = [
-        (0, Metric::Ari),
-        (0, Metric::RecallAt1AcrossLight),
-        (0, Metric::ViewpointMedian),
-        (1, Metric::NearestOf10),
+        (latents, Metric::Ari),
+        (latents, Metric::RecallAt1AcrossLight),
+        (latents, Metric::ViewpointMedian),
+        (classes, Metric::NearestOf10),
     ];
     let row = |method: &String| {
-        let cells =
-            columns.iter().map(|&(table, metric): &(usize, _)| mean_of(&summaries[table], method, metric));
+        let cells = columns.iter().map(|&(table, metric)| mean_of(table, method, metric));
         std::iter::once(method.clone()).chain(cells).collect()
     };
-    let rows = latents.methods().iter().map(row).collect();
-    let drawn = draw(Style::Terminal(WIDTH), &head.map(str::to_owned), rows);
+    let rows: Vec<Vec<String>> = latents.methods().iter().map(row).collect();
+    let drawn = draw_in_parts(style.within(WIDTH), 1, &head.map(str::to_owned), &rows);
     format!("Latents of single views of unseen objects, {}\n{drawn}\n", over(latents))
 }
 
 /// What a method does to the reference's ATE, as far as the interval of the paired differences tells; `None` without one.
 pub fn answer(table: &Table, method: &str) -> Option<String> {
-    let paired = Paired::of(table, method, Metric::Ate)?;
+    let paired = table.paired(method, Metric::Ate)?;
     let mean = paired.mean()?;
     let (low, high) = mean.interval()?;
     let (reference, metres) = (table.reference()?, |value: f64| Metric::Ate.display(value));
@@ -85,22 +82,15 @@ pub fn answer(table: &Table, method: &str) -> Option<String> {
     })
 }
 
-fn mean_of(summary: &[Summary], method: &str, metric: Metric) -> String {
-    let cell = summary.iter().find(|cell| cell.method == method && cell.metric == metric);
-    cell.map_or_else(|| UNDEFINED.to_owned(), |cell| mean_text(metric, cell.mean, cell.runs))
-}
-
-fn over(table: &Table) -> String {
-    match table.seeds().len() {
-        1 => "one seed".to_owned(),
-        seeds => format!("mean +- 95% interval over {seeds} seeds"),
-    }
+fn mean_of(table: &Table, method: &str, metric: Metric) -> String {
+    let cell = table.cell(method, metric);
+    mean_text(metric, cell.mean, cell.runs)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::run::{Outcome, Run};
     use super::super::table::tests::{METHODS, run, runs, table};
-    use super::super::table::{Outcome, Run};
     use super::*;
     use vantage_dataset::Seed;
 
@@ -110,7 +100,10 @@ mod tests {
 
     #[test]
     fn trajectories_fit_their_width_and_tell_differences_and_seeds_that_are_better() {
-        let text = trajectories(&table(runs()).unwrap());
+        let wide = Style::Terminal(250);
+        let text = trajectories(&table(runs()).unwrap(), wide);
+        let narrow = trajectories(&table(runs()).unwrap(), Style::Terminal(60));
+        assert!(widest(&narrow) <= 60 && narrow.matches(METHODS[2]).count() == 2, "{narrow}");
         let cells = |method: &str| -> Vec<String> {
             let line = text.lines().find(|line| line.contains(&format!("│ {method}"))).unwrap();
             line.split(['│', '┆'])
@@ -126,7 +119,7 @@ mod tests {
             run.outcome = Outcome::Failed("diverged".into());
             run.scores.clear();
         });
-        let text = trajectories(&table(long).unwrap());
+        let text = trajectories(&table(long).unwrap(), wide);
         assert!(widest(&text) <= 100 && text.contains("4 (1 failed)"), "{text}");
     }
 
@@ -141,7 +134,8 @@ mod tests {
             let runs: Vec<Run> = (0..2).flat_map(|seed| methods.map(|method| row(method, seed))).collect();
             Table::new(name, &methods, Some(methods[1]), metrics, &[Seed(0), Seed(1)], runs).unwrap()
         };
-        let text = latents(&of("latents", &metrics), &of("grounding", &[Metric::NearestOf10]));
+        let text =
+            latents(&of("latents", &metrics), &of("grounding", &[Metric::NearestOf10]), Style::Terminal(250));
         assert!(widest(&text) <= 100 && text.matches("0.250 +- 0.000").count() == 6, "{text}");
         assert!(text.contains("14.324 +- 0.000"), "degrees: {text}");
     }

@@ -1,7 +1,9 @@
 //! A result table: the raw score of every method on every seed, and what follows from them.
 
+use crate::exit::{Ends, Exit};
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
+use crate::result::run::Run;
 use crate::result::statistics::Mean;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -19,32 +21,6 @@ pub struct Table {
     seeds: Vec<Seed>,
     /// `[method][seed]`.
     runs: Vec<Vec<Run>>,
-}
-
-/// One method on one seed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Run {
-    /// The method.
-    pub method: String,
-    /// The seed of the episode, or of the trial.
-    pub seed: Seed,
-    /// How it ended.
-    pub outcome: Outcome,
-    /// Its scores, SI units; an undefined score is absent.
-    pub scores: BTreeMap<Metric, f64>,
-}
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// As it should.
-    Done,
-    /// With an answer, but not as it should (an iteration limit, an under-constrained variable): scored and counted.
-    Flagged(String),
-    /// Without an answer: no scores, but counted.
-    Failed(String),
 }
 
 /// One row of a table's summary.
@@ -112,6 +88,12 @@ pub enum TableError {
         /// The reference.
         reference: String,
     },
+}
+
+impl Ends for TableError {
+    fn exit(&self) -> Exit {
+        Exit::Bug
+    }
 }
 
 impl Table {
@@ -206,13 +188,21 @@ impl Table {
         table
     }
 
+    /// A method's differences to the reference; `None` where no seed has both scores, or the table has no reference, or the method is
+    /// it.
+    pub fn paired(&self, method: &str, metric: Metric) -> Option<Paired> {
+        let reference = self.reference().filter(|reference| *reference != method)?;
+        Paired::of(metric, self.runs_of(method), self.runs_of(reference))
+    }
+
     /// Means and differences, by method, then metric.
     pub fn summary(&self) -> Vec<Summary> {
         let cells = self.methods.iter().flat_map(|method| self.metrics.iter().map(move |m| (method, *m)));
-        cells.map(|(method, metric)| self.summarize(method, metric)).collect()
+        cells.map(|(method, metric)| self.cell(method, metric)).collect()
     }
 
-    fn summarize(&self, method: &str, metric: Metric) -> Summary {
+    /// Mean and difference of one score of one method.
+    pub fn cell(&self, method: &str, metric: Metric) -> Summary {
         let runs = self.runs_of(method);
         let defined: Vec<f64> = runs.iter().filter_map(|run| run.scores.get(&metric).copied()).collect();
         Summary {
@@ -220,13 +210,13 @@ impl Table {
             metric,
             runs: runs.len(),
             mean: Mean::of(&defined),
-            difference: Paired::of(self, method, metric).and_then(|paired| paired.mean()),
+            difference: self.paired(method, metric).and_then(|paired| paired.mean()),
         }
     }
 }
 
 fn check_scores(table: &str, metrics: &[Metric], run: &Run) -> Result<(), TableError> {
-    let failed = matches!(run.outcome, Outcome::Failed(_));
+    let failed = run.failure().is_some();
     let bad = run.scores.iter().find(|(m, v)| failed || !v.is_finite() || !metrics.contains(m));
     bad.map_or(Ok(()), |(&metric, &value)| {
         Err(TableError::Score {
@@ -278,6 +268,7 @@ impl TryFrom<StoredTable> for Table {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use super::super::run::Outcome;
     use super::*;
     use approx::assert_relative_eq;
     use proptest::prelude::*;

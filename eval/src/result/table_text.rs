@@ -2,16 +2,15 @@
 
 use super::grid::{Style, UNDEFINED, draw_in_parts};
 use crate::result::metric::Metric;
+use crate::result::run::Outcome;
 use crate::result::statistics::Mean;
-use crate::result::table::{Outcome, Summary, Table};
+use crate::result::table::{Summary, Table};
 use std::collections::BTreeMap;
 
 /// Scores, then paired differences to the reference, each as mean and half width of the 95% interval; then why runs failed.
 pub fn tables(table: &Table, style: Style) -> String {
-    let n = table.seeds().len();
     let summary = table.summary();
-    let over = if n == 1 { "one seed".to_owned() } else { format!("mean +- 95% interval over {n} seeds") };
-    let mut text = format!("{}, {over}\n\n", table.name());
+    let mut text = format!("{}, {}\n\n", table.name(), over(table));
     text += &grid(table, &summary, style, |cell| score_text(table, cell), table.methods().iter());
     if let Some(reference) = table.reference() {
         text += &format!("\n\n{}, difference to {reference} on the same seed\n\n", table.name());
@@ -59,6 +58,14 @@ fn grid<'a>(
         })
         .collect();
     draw_in_parts(style, 2, &head, &rows)
+}
+
+/// What a table's numbers are over.
+pub(super) fn over(table: &Table) -> String {
+    match table.seeds().len() {
+        1 => "one seed".to_owned(),
+        seeds => format!("mean +- 95% interval over {seeds} seeds"),
+    }
 }
 
 /// `10`, or `10 (1 failed, 2 flagged)`.

@@ -1,6 +1,7 @@
 //! Why a scene file, or a study, is refused.
 
 use super::MAX_BYTES;
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_sim::checked::SceneError;
@@ -50,3 +51,5 @@ pub enum SceneFileError {
         source: SceneError,
     },
 }
+
+impl Ends for SceneFileError {}

@@ -1,6 +1,7 @@
 //! The study file: models that are trained on the views of one scene, each in its own way, and compared.
 
 use super::is_file_name;
+use crate::exit::Ends;
 use crate::scene_file::row_name::{MEAN_VIEW, PIXELS};
 use garde::Validate;
 use schemars::JsonSchema;
@@ -98,6 +99,8 @@ pub struct VariantError {
     /// Which setting is wrong, and how.
     pub reason: String,
 }
+
+impl Ends for VariantError {}
 
 fn in_place_of_test(scored: Scored) -> impl FnOnce(&Option<PathBuf>, &()) -> garde::Result {
     move |views, ()| match views {

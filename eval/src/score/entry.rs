@@ -1,6 +1,7 @@
 //! Trajectories of somebody else's estimator, beside ours.
 
 use super::pairs::{MAX_TIME_DIFFERENCE, nearest};
+use crate::exit::Ends;
 use crate::progress::Progress;
 use crate::result::trajectory::{Trajectory, TumError};
 use crate::scene_file::row_name::folder_name;
@@ -20,6 +21,8 @@ pub struct EntryError {
     /// What is wrong.
     pub reason: String,
 }
+
+impl Ends for EntryError {}
 
 /// Largest file, bytes: some 400 000 poses.
 const LARGEST_FILE: u64 = 64 << 20;

@@ -23,10 +23,6 @@ pub struct ObjectErrors {
     /// Root mean square orientation error modulo each object's symmetry, radians; `None` where no orientation
     /// was estimated.
     pub orientation: Option<f64>,
-    /// Objects with an estimate.
-    pub estimated: usize,
-    /// Objects in the world.
-    pub objects: usize,
 }
 
 /// Scores `estimates`, one a true object (`None`: not in the map), against `truth`.
@@ -53,8 +49,6 @@ pub fn object_errors(
         }
     }
     ObjectErrors {
-        estimated: centers.len(),
-        objects: truth.len(),
         center: root_mean_square(centers.into_iter()),
         orientation: root_mean_square(angles.into_iter()),
     }
@@ -130,7 +124,6 @@ mod tests {
         let errors = object_errors(&pairs, &objects, &estimates);
         assert_relative_eq!(errors.center.unwrap(), (0.25f64 / 2.0).sqrt(), epsilon = 1e-12);
         assert_relative_eq!(errors.orientation.unwrap(), 0.1, epsilon = 1e-12);
-        assert_eq!((errors.estimated, errors.objects), (2, 3));
     }
 
     #[test]
@@ -146,6 +139,6 @@ mod tests {
         assert_relative_eq!(errors.center.unwrap(), 0.0, epsilon = 1e-15);
         assert_eq!(errors.orientation, Some(0.0));
         let empty = object_errors(&pairs, &objects, &[None]);
-        assert_eq!((empty.center, empty.orientation, empty.estimated), (None, None, 0));
+        assert_eq!((empty.center, empty.orientation), (None, None));
     }
 }

@@ -1,6 +1,6 @@
 //! The true and the estimated pose of each step, which trajectory scores compare.
 
-use crate::result::trajectory::Trajectory;
+use crate::exit::{Ends, Exit};
 use thiserror::Error;
 use vantage_dataset::Pose;
 use vantage_dataset::se3::is_finite;
@@ -34,14 +34,12 @@ pub enum PairsError {
         /// The step.
         step: usize,
     },
-    /// No two timestamps are near each other.
-    #[error(
-        "no true and estimated timestamps within {max_difference} s of each other: are both of one clock?"
-    )]
-    NoMatch {
-        /// The bound, seconds.
-        max_difference: f64,
-    },
+}
+
+impl Ends for PairsError {
+    fn exit(&self) -> Exit {
+        Exit::Bug
+    }
 }
 
 impl Pairs {
@@ -60,27 +58,6 @@ impl Pairs {
             }
         }
         Ok(Self { truth: truth.to_vec(), estimate: estimate.to_vec() })
-    }
-
-    /// The poses nearest in time, for each pose of the shorter trajectory (the estimate where both are as long),
-    /// as evo associates: a pose of the longer one may serve twice.
-    pub fn by_time(
-        truth: &Trajectory,
-        estimate: &Trajectory,
-        max_difference: f64,
-    ) -> Result<Self, PairsError> {
-        let estimate_longer = estimate.len() > truth.len();
-        let (short, long) = if estimate_longer { (truth, estimate) } else { (estimate, truth) };
-        let mut pairs = Self { truth: Vec::new(), estimate: Vec::new() };
-        for (t, &short_pose) in short.timestamps().iter().zip(short.world_from_robot()) {
-            let Some(nearest) = nearest(long.timestamps(), *t, max_difference) else { continue };
-            let long_pose = long.world_from_robot()[nearest];
-            let (truth, estimate) =
-                if estimate_longer { (short_pose, long_pose) } else { (long_pose, short_pose) };
-            pairs.truth.push(truth);
-            pairs.estimate.push(estimate);
-        }
-        if pairs.truth.is_empty() { Err(PairsError::NoMatch { max_difference }) } else { Ok(pairs) }
     }
 
     /// `world_from_robot`, true.
@@ -112,7 +89,7 @@ impl Pairs {
 }
 
 /// The index of the timestamp nearest to `t`, within `max_difference`.
-pub(crate) fn nearest(timestamps: &[f64], t: f64, max_difference: f64) -> Option<usize> {
+pub fn nearest(timestamps: &[f64], t: f64, max_difference: f64) -> Option<usize> {
     let after = timestamps.partition_point(|&x| x <= t);
     let candidates = [after.checked_sub(1), (after < timestamps.len()).then_some(after)];
     candidates
@@ -128,30 +105,6 @@ pub(crate) fn nearest(timestamps: &[f64], t: f64, max_difference: f64) -> Option
 mod tests {
     use super::*;
     use nalgebra::Vector3;
-
-    fn line(timestamps: &[f64]) -> Trajectory {
-        let poses = timestamps.iter().map(|&t| Pose::translation(t, 0.0, 0.0)).collect();
-        Trajectory::new(timestamps.to_vec(), poses).unwrap()
-    }
-
-    fn x(poses: &[Pose]) -> Vec<f64> {
-        poses.iter().map(|p| p.translation.x).collect()
-    }
-
-    #[test]
-    fn each_pose_of_the_shorter_trajectory_meets_the_nearest_in_time() {
-        let truth = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
-        let estimate = line(&[-1.0, 0.095, 0.104, 0.25, 0.405]);
-        let pairs = Pairs::by_time(&truth, &estimate, 0.01).unwrap();
-        assert_eq!(x(pairs.truth()), [0.1, 0.1, 0.4]);
-        assert_eq!(x(pairs.estimate()), [0.095, 0.104, 0.405]);
-        let swapped = Pairs::by_time(&line(&[0.104]), &truth, 0.01).unwrap();
-        assert_eq!((x(swapped.truth()), x(swapped.estimate())), (vec![0.104], vec![0.1]));
-        assert_eq!(
-            Pairs::by_time(&truth, &line(&[9.0]), 0.01),
-            Err(PairsError::NoMatch { max_difference: 0.01 })
-        );
-    }
 
     #[test]
     fn unequal_lengths_and_non_finite_poses_are_refused() {

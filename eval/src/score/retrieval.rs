@@ -10,23 +10,13 @@ pub enum Gallery<'a> {
     OtherSession(&'a [usize]),
 }
 
-/// The outcome of all queries.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Recall {
-    /// Share of queries whose `k` nearest hold their instance; `None` where no query could be answered.
-    pub recall: Option<f64>,
-    /// Queries whose instance is in their gallery: the denominator.
-    pub queries: usize,
-    /// Queries that nothing could have answered.
-    pub unanswerable: usize,
-}
-
-/// Recall@k by Euclidean distance, each embedding a query against all others. O(n^2 d).
+/// Share of queries whose `k` nearest hold their instance, of those whose instance is in their gallery, by Euclidean distance; each
+/// embedding is a query against all others. O(n^2 d).
 ///
 /// A wrong embedding at the same distance as the right one comes before it: an encoder that maps all to one point
 /// has recall 0, whatever the order of its views.
 ///
-/// `None` where the embeddings are not finite and of one length.
+/// `None` where no query can be answered, or the embeddings are not finite and of one length.
 ///
 /// # Panics
 /// If there is not one instance (and session) an embedding.
@@ -35,7 +25,7 @@ pub fn recall_at(
     embeddings: &[Vec<f32>],
     instances: &[usize],
     gallery: Gallery<'_>,
-) -> Option<Recall> {
+) -> Option<f64> {
     assert_eq!(embeddings.len(), instances.len(), "each embedding needs its instance");
     if let Gallery::OtherSession(sessions) = gallery {
         assert_eq!(embeddings.len(), sessions.len(), "each embedding needs its session");
@@ -43,7 +33,7 @@ pub fn recall_at(
     if !are_comparable(embeddings) {
         return None;
     }
-    let (mut hits, mut queries, mut unanswerable) = (0, 0, 0);
+    let (mut hits, mut queries) = (0, 0);
     for (query, embedding) in embeddings.iter().enumerate() {
         let mut right = f64::INFINITY;
         let mut wrong = Vec::new();
@@ -62,15 +52,13 @@ pub fn recall_at(
             }
         }
         if right.is_infinite() {
-            unanswerable += 1;
             continue;
         }
         queries += 1;
         let before = wrong.iter().filter(|&&distance| distance <= right).count();
         hits += usize::from(before < k);
     }
-    let recall = (queries > 0).then(|| hits as f64 / queries as f64);
-    Some(Recall { recall, queries, unanswerable })
+    (queries > 0).then(|| hits as f64 / queries as f64)
 }
 
 /// Whether distances between the embeddings are defined.
@@ -103,18 +91,18 @@ mod tests {
         xs.iter().map(|&x| vec![x]).collect()
     }
 
-    fn recall(k: usize, xs: &[f32], instances: &[usize], gallery: Gallery<'_>) -> Recall {
-        recall_at(k, &points(xs), instances, gallery).unwrap()
+    fn recall(k: usize, xs: &[f32], instances: &[usize], gallery: Gallery<'_>) -> Option<f64> {
+        recall_at(k, &points(xs), instances, gallery)
     }
 
     #[test]
     fn distinct_instances_are_found_and_random_ones_at_chance() {
         let perfect = recall(1, &[0.0, 0.1, 5.0, 5.1], &[0, 0, 1, 1], Gallery::Any);
-        assert_eq!(perfect, Recall { recall: Some(1.0), queries: 4, unanswerable: 0 });
+        assert_eq!(perfect, Some(1.0));
         let mut stream = Seed(1).stream("noise", 0);
         let noise: Vec<f32> = (0..600).map(|_| stream.normal() as f32).collect();
         let instances: Vec<usize> = (0..600).map(|i| i % 30).collect();
-        let random = recall(1, &noise, &instances, Gallery::Any).recall.unwrap();
+        let random = recall(1, &noise, &instances, Gallery::Any).unwrap();
         assert!((random - 19.0 / 599.0).abs() < 0.025, "{random}");
     }
 
@@ -122,7 +110,7 @@ mod tests {
     fn k_counts_wrong_neighbours_before_the_first_right_one() {
         let xs = [0.0, 1.0, 2.0, 3.5];
         let instances = [0, 1, 1, 0];
-        let at = |k| recall(k, &xs, &instances, Gallery::Any).recall;
+        let at = |k| recall(k, &xs, &instances, Gallery::Any);
         assert_eq!((at(1), at(2), at(3)), (Some(0.25), Some(0.5), Some(1.0)));
     }
 
@@ -131,21 +119,21 @@ mod tests {
         let xs = [0.0, 0.1, 9.0, 4.0];
         let instances = [0, 0, 0, 1];
         let sessions = [0, 0, 1, 0];
-        assert_eq!(recall(1, &xs, &instances, Gallery::Any).recall, Some(2.0 / 3.0));
-        let bridged = recall(1, &xs, &instances, Gallery::OtherSession(&sessions));
-        assert_eq!(bridged, Recall { recall: Some(0.0), queries: 3, unanswerable: 1 });
-        assert_eq!(recall(2, &xs, &instances, Gallery::OtherSession(&sessions)).recall, Some(1.0));
+        assert_eq!(recall(1, &xs, &instances, Gallery::Any), Some(2.0 / 3.0));
+        // The fourth has no match in any session, and is no query.
+        assert_eq!(recall(1, &xs, &instances, Gallery::OtherSession(&sessions)), Some(0.0));
+        assert_eq!(recall(2, &xs, &instances, Gallery::OtherSession(&sessions)), Some(1.0));
     }
 
     #[test]
     fn a_collapsed_encoder_recalls_nothing() {
-        assert_eq!(recall(1, &[3.0; 6], &[0, 0, 0, 1, 1, 1], Gallery::Any).recall, Some(0.0));
+        assert_eq!(recall(1, &[3.0; 6], &[0, 0, 0, 1, 1, 1], Gallery::Any), Some(0.0));
     }
 
     #[test]
     fn undefined_is_none() {
-        assert_eq!(recall_at(1, &[], &[], Gallery::Any).unwrap().recall, None);
-        assert_eq!(recall(1, &[0.0, 1.0], &[0, 1], Gallery::Any).unanswerable, 2);
+        assert_eq!(recall_at(1, &[], &[], Gallery::Any), None);
+        assert_eq!(recall(1, &[0.0, 1.0], &[0, 1], Gallery::Any), None);
         assert_eq!(recall_at(1, &points(&[0.0, f32::NAN]), &[0, 0], Gallery::Any), None);
     }
 

@@ -86,8 +86,6 @@ pub struct ViewpointSummary {
     pub trials: usize,
     /// Of those, how many the model had no answer to.
     pub unanswered: usize,
-    /// Trials left out: surfaces of revolution.
-    pub revolution: usize,
     /// Errors of the model; `None` for no trial.
     pub model: Option<ErrorShape>,
     /// Errors to be expected of an azimuth drawn uniformly.
@@ -110,12 +108,10 @@ pub struct ErrorShape {
 /// Summarizes trials. Their order changes no bit.
 pub fn summarize<'a>(trials: impl IntoIterator<Item = &'a ViewpointTrial>) -> ViewpointSummary {
     let (mut errors, mut largest) = (Vec::new(), Vec::new());
-    let (mut unanswered, mut revolution) = (0, 0);
+    let mut unanswered = 0;
     for trial in trials {
-        let (Some(error), Some(bound)) = (trial.error(), largest_error(trial.symmetry)) else {
-            revolution += 1;
-            continue;
-        };
+        // A surface of revolution has no azimuth to find.
+        let (Some(error), Some(bound)) = (trial.error(), largest_error(trial.symmetry)) else { continue };
         unanswered += usize::from(trial.found.is_none());
         errors.push(error);
         largest.push(bound);
@@ -125,7 +121,6 @@ pub fn summarize<'a>(trials: impl IntoIterator<Item = &'a ViewpointTrial>) -> Vi
     ViewpointSummary {
         trials: errors.len(),
         unanswered,
-        revolution,
         model: model_shape(&errors),
         chance: chance_shape(&largest),
     }
@@ -235,17 +230,17 @@ mod tests {
     }
 
     #[test]
-    fn no_answer_counts_as_the_worst_and_revolution_is_left_out_and_counted() {
+    fn no_answer_counts_as_the_worst_and_revolution_is_left_out() {
         let trials = [
             trial(Symmetry::Cyclic { order: 2 }, 1.0, None),
             trial(Symmetry::Revolution, 1.0, Some(0.0)),
             trial(Symmetry::None, 1.0, Some(1.0)),
         ];
         let summary = summarize(&trials);
-        assert_eq!((summary.trials, summary.unanswered, summary.revolution), (2, 1, 1));
+        assert_eq!((summary.trials, summary.unanswered), (2, 1));
         assert_relative_eq!(summary.model.unwrap().median, PI / 4.0, epsilon = 1e-12);
         let nothing = summarize([&trials[1]]);
-        assert_eq!((nothing.model, nothing.chance, nothing.revolution), (None, None, 1));
+        assert_eq!((nothing.trials, nothing.model, nothing.chance), (0, None, None));
     }
 
     #[test]

@@ -1,8 +1,9 @@
 use serde::Deserialize;
 use std::path::Path;
+use vantage_dataset::Pose;
 use vantage_eval::result::trajectory::Trajectory;
 use vantage_eval::score::ate::{ate, ate_umeyama};
-use vantage_eval::score::pairs::{MAX_TIME_DIFFERENCE, Pairs};
+use vantage_eval::score::pairs::{MAX_TIME_DIFFERENCE, Pairs, nearest};
 use vantage_eval::score::rpe::rpe;
 
 #[derive(Deserialize)]
@@ -44,10 +45,45 @@ impl Case {
         let text = |name: &String| std::fs::read_to_string(folder.join(name)).expect("beside its scores");
         let truth = Trajectory::recorded_from_tum(&text(truth)).expect("a recorded truth");
         let estimate = Trajectory::from_tum(&text(estimate)).expect("an estimate");
-        let pairs = Pairs::by_time(&truth, &estimate, MAX_TIME_DIFFERENCE).expect("poses of one time");
+        let pairs = by_time(&truth, &estimate);
         assert_eq!(pairs.truth().len(), self.n, "{}: other associations than evo's", self.case);
         Some(score(&pairs).expect("a defined score"))
     }
+}
+
+/// The poses nearest in time, for each pose of the shorter trajectory (the estimate where both are as long), as evo associates: a pose
+/// of the longer one may serve twice.
+fn by_time(truth: &Trajectory, estimate: &Trajectory) -> Pairs {
+    let (mut of_truth, mut of_estimate) = (Vec::new(), Vec::new());
+    let estimate_longer = estimate.len() > truth.len();
+    let (short, long) = if estimate_longer { (truth, estimate) } else { (estimate, truth) };
+    for (i, &time) in short.timestamps().iter().enumerate() {
+        let Some(j) = nearest(long.timestamps(), time, MAX_TIME_DIFFERENCE) else { continue };
+        let (t, e) = if estimate_longer { (i, j) } else { (j, i) };
+        of_truth.push(truth.world_from_robot()[t]);
+        of_estimate.push(estimate.world_from_robot()[e]);
+    }
+    Pairs::by_step(&of_truth, &of_estimate).expect("finite poses")
+}
+
+#[test]
+fn each_pose_of_the_shorter_trajectory_meets_the_nearest_in_time() {
+    let line = |timestamps: &[f64]| {
+        let poses = timestamps.iter().map(|&t| Pose::translation(t, 0.0, 0.0)).collect();
+        Trajectory::new(timestamps.to_vec(), poses).expect("a trajectory")
+    };
+    let met = |truth: &Trajectory, estimate: &Trajectory| {
+        let pairs = by_time(truth, estimate);
+        [pairs.truth(), pairs.estimate()]
+            .map(|poses| poses.iter().map(|p| p.translation.x).collect::<Vec<_>>())
+    };
+    let truth = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
+    assert_eq!(
+        met(&truth, &line(&[-1.0, 0.095, 0.104, 0.25, 0.405])),
+        [[0.1, 0.1, 0.4], [0.095, 0.104, 0.405]]
+    );
+    assert_eq!(met(&line(&[0.104]), &truth), [[0.104], [0.1]]);
+    assert!(by_time(&truth, &line(&[9.0])).truth().is_empty());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::import::ImportReport;
 use vantage_dataset::{ObjectTruth, Split, View, ViewSet, episode_views};
 
 impl AvdScan {
-    /// The views of the objects that `takes` says, by [`episode_views`], and what was left out: those without a viewpoint, too.
+    /// The views of the objects that `takes` says, by [`episode_views()`], and what was left out: those without a viewpoint, too.
     pub fn views(&self, split: Split, takes: &dyn Fn(&ObjectTruth) -> bool) -> (ViewSet, ImportReport) {
         let set = episode_views(&self.episode, split, takes);
         let mut report = ImportReport { views: set.views.len(), ..self.report.clone() };

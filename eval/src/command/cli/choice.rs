@@ -1,6 +1,6 @@
 //! Words that options choose from.
 
-use clap::ValueEnum;
+use clap::{Command, CommandFactory, ValueEnum};
 use serde::Serialize;
 use vantage_dataset::Split;
 use vantage_sim::render::choice::RendererChoice as Renderers;
@@ -93,4 +93,14 @@ pub enum ImportLayout {
     Bigbird,
     /// Active Vision: homes on a grid.
     Avd,
+}
+
+/// The name of a command, for [`super::ManArgs`].
+pub(super) fn command_name(name: &str) -> Result<String, String> {
+    let commands = super::Cli::command();
+    let names: Vec<&str> = commands.get_subcommands().map(Command::get_name).collect();
+    if names.contains(&name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!("there is no such command; expected one of {}", names.join(", ")))
 }

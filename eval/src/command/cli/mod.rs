@@ -2,11 +2,10 @@
 
 mod choice;
 
+use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice, TablesChoice};
 
 use super::help::{EXAMPLES, EXIT_CODES};
-use super::shell::command_name;
-use super::source::unknown_word;
 use crate::progress::Loudness;
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand};
@@ -47,16 +46,6 @@ impl From<LoudnessArgs> for Loudness {
             (_, true) => Self::Verbose,
             _ => Self::Usual,
         }
-    }
-}
-
-impl Cli {
-    /// The command line of this process, which ends with help, or with 2 and what is wrong.
-    pub fn of_process() -> Self {
-        Self::try_parse().unwrap_or_else(|error| {
-            let first = std::env::args().nth(1).filter(|_| error.use_stderr());
-            unknown_word(first.as_deref()).unwrap_or(error).exit()
-        })
     }
 }
 
@@ -135,7 +124,7 @@ pub struct CalibrateArgs {
     /// On what.
     #[command(flatten)]
     pub validation: ValidationArgs,
-    /// Folder of a trained model, in place of the one that comes with the scene.
+    /// Folder of a trained model, or its name (`bench list`), in place of the one that comes with the scene.
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
 }
@@ -212,7 +201,7 @@ pub struct FiguresArgs {
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
-    /// Folder of a trained model, in place of the one that comes with the scene.
+    /// Folder of a trained model, or its name (`bench list`), in place of the one that comes with the scene.
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
     /// A view set to draw, as `bench import` makes them, in place of the scene's test instances.
@@ -284,9 +273,12 @@ pub struct StudyArgs {
 /// `bench models DIR...`: what model folders hold.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct ModelsArgs {
-    /// The folders.
+    /// The folders, or names of models that come with the program (`bench list`).
     #[arg(value_name = "DIR", required = true)]
     pub folders: Vec<PathBuf>,
+    /// Folder of intermediate results: a model that comes with the program is laid out in it.
+    #[arg(long, value_name = "DIR", default_value = "cache")]
+    pub cache: PathBuf,
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.
@@ -343,7 +335,7 @@ pub struct StageArgs {
     /// Trains the model from scratch instead of taking the one that comes with the scene.
     #[arg(long, conflicts_with = "model")]
     pub train: bool,
-    /// Folder of a trained model; its row has the folder's name. May be given more than once.
+    /// Folder of a trained model, or its name (`bench list`); its row has that name. May be given more than once.
     #[arg(long, value_name = "DIR")]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub model: Vec<PathBuf>,

@@ -5,6 +5,7 @@ use super::error::DatasetError;
 use super::images::licences;
 use super::{Format, Index, Need, Source};
 use crate::command::error::BenchError;
+use crate::command::folder::FolderError;
 use crate::result::output_folder::OutputError;
 use std::collections::BTreeMap;
 use std::fs;
@@ -88,7 +89,7 @@ impl Format for BigBird {
         let Some(object) = objects.first() else { return Ok(()) };
         let folder = self.root.join(object_name(object));
         if folder.exists() {
-            return Err(BenchError::NotOurs { folder });
+            return Err(FolderError::NotOurs { folder }.into());
         }
         let height = rollout.world.furnishing.stands.first().map_or(0.0, |stand| stand.height);
         let world_from_table = Pose::translation(0.0, 0.0, height);

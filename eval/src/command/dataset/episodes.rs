@@ -3,6 +3,7 @@
 use super::claim::other_data;
 use super::{Format, Index, Need, tell};
 use crate::command::error::BenchError;
+use crate::command::folder::FolderError;
 use crate::progress::Progress;
 use crate::result::output_folder::{OutputError, OutputFolder};
 use std::fs;
@@ -45,7 +46,7 @@ impl Format for Episodes<'_> {
             }
             Err(error @ StoreError::Newer { .. }) => Err(error.into()),
             Ok(_) => Ok(Need::Episode),
-            Err(_) if is_foreign(&folder) => Err(BenchError::NotOurs { folder }),
+            Err(_) if is_foreign(&folder) => Err(FolderError::NotOurs { folder }.into()),
             Err(damage) => {
                 if folder.exists() {
                     self.progress.note(&format!("warning: {}; it is written anew", damage.finding()));

@@ -1,5 +1,6 @@
 //! Why a dataset is not written.
 
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -23,3 +24,5 @@ pub enum DatasetError {
         reason: String,
     },
 }
+
+impl Ends for DatasetError {}

@@ -14,7 +14,7 @@ mod trajectories;
 use super::placed;
 use crate::command::cli::{DatasetArgs, DatasetFormat};
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::pipeline::{SIMULATED, concerns_one_seed};
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;

@@ -5,7 +5,7 @@ mod looks;
 
 use crate::command::cli::FiguresArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::figure::FigureError;
 use crate::pipeline::{Pipeline, any_model, check_unseen, chosen_model, imported_views, views};
 use crate::result::output_folder::OutputFolder;

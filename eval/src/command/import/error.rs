@@ -1,5 +1,6 @@
 //! Why real data is not imported.
 
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -36,3 +37,5 @@ pub enum ImportRefusal {
         option: &'static str,
     },
 }
+
+impl Ends for ImportRefusal {}

@@ -6,7 +6,8 @@ pub mod error;
 
 use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::command::folder::{FolderError, is_there};
+use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use error::ImportRefusal;
@@ -21,9 +22,7 @@ const TOLD: usize = 10;
 
 /// Reads, writes, and tells what was left out.
 pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    if !args.source.is_dir() {
-        return Err(BenchError::NoFolder { folder: args.source.clone() });
-    }
+    is_there(&args.source)?;
     if args.layout == ImportLayout::Avd && !args.views {
         let given = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
         if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
@@ -31,13 +30,13 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         }
     }
     if args.out.is_file() {
-        return Err(BenchError::NotOurs { folder: args.out.clone() });
+        return Err(FolderError::NotOurs { folder: args.out.clone() }.into());
     }
     let progress = Progress::detect();
     let out = OutputFolder::probe(&args.out)?;
     let _lock = out.lock(&progress)?;
     if !out.is_empty()? {
-        return Err(BenchError::NotOurs { folder: args.out.clone() });
+        return Err(FolderError::NotOurs { folder: args.out.clone() }.into());
     }
     let source = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let provenance = Provenance::from([("imported".to_owned(), source.into())]);

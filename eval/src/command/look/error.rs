@@ -1,5 +1,6 @@
 //! Why a scene is not drawn.
 
+use crate::exit::Ends;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -13,3 +14,5 @@ pub enum LookError {
         path: PathBuf,
     },
 }
+
+impl Ends for LookError {}

@@ -5,7 +5,7 @@ pub mod error;
 use super::placed;
 use crate::command::cli::LookArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::figure::scene_sheet::{BOX, BOX_OF_NOTHING, Panel, SceneSheet};
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;

@@ -1,5 +1,6 @@
 //! Why a run that was scored still counts for nothing.
 
+use crate::exit::{Ends, Exit};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -39,4 +40,15 @@ pub enum RunError {
         /// The scene.
         scene: PathBuf,
     },
+}
+
+impl Ends for RunError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Panicked { .. } => Exit::Bug,
+            Self::NothingAnswered { .. } | Self::NothingOf { .. } | Self::NothingSeen { .. } => {
+                Exit::NothingEvaluated
+            }
+        }
+    }
 }

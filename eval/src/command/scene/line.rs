@@ -5,8 +5,8 @@ use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
 use crate::command::placed;
 use crate::pipeline::{
-    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, StageError, episodes, estimates,
-    methods, models, tables, test_views, unseen,
+    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, StageError, chosen_models, episodes,
+    estimates, methods, models, tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
@@ -25,12 +25,15 @@ pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, 
     let seeds = seeds(&pipeline.file, stages);
     has_room(&pipeline, &seeds, scene)?;
     let entries = entries(&pipeline, stages, &seeds)?;
+    let chosen = chosen_models(&pipeline, stages.train, &stages.model)?;
     let mut record = Record::begin(&pipeline, &seeds, stages)?;
 
     let views = record.timed("test views", || test_views(&pipeline, &seeds))?;
     let models = record.timed("model", || {
         let others: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-        let models = models(&pipeline, stages.train, &stages.model, naming, &others)?;
+        // That of the scene has no name but what it is.
+        let naming = if stages.model.is_empty() { Naming::Kind } else { naming };
+        let models = models(&pipeline, &chosen, naming, &others)?;
         let unseen = |model: &LoadedModel| views.iter().try_for_each(|views| model.check_set(&views.set));
         models.iter().try_for_each(unseen)?;
         Ok::<_, StageError>(models)

@@ -7,16 +7,17 @@ mod record;
 mod said;
 
 use super::cli::{RunArgs, StageArgs};
-use super::exit::Exit;
 use crate::command::error::BenchError;
+use crate::exit::Exit;
 use crate::pipeline::{Answer, Naming, PANICKED, model_hash};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
+use crate::result::run::{Outcome, Run};
 use crate::result::standing::Standing;
-use crate::result::table::{Outcome, Run, Table};
+use crate::result::table::Table;
 use crate::scene_file::{self, SceneFile};
 use crate::score::trajectory_scores::TRAJECTORIES;
 use error::RunError;
@@ -80,10 +81,10 @@ fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
     if scored.detections == 0 {
         return Err(RunError::NothingSeen { scene }.into());
     }
-    let failed = of_trajectories(scored).find_map(|table| {
-        let none = |method: &&String| table.runs_of(method).iter().all(|run| failure(run).is_some());
+    let failed = scored.results.table(TRAJECTORIES).and_then(|table| {
+        let none = |method: &&String| table.runs_of(method).iter().all(|run| run.failure().is_some());
         let method = table.methods().iter().find(none)?;
-        Some((method.clone(), table.runs_of(method).iter().find_map(failure)?.to_owned()))
+        Some((method.clone(), table.runs_of(method).iter().find_map(Run::failure)?.to_owned()))
     });
     match failed {
         Some((method, reason)) => Err(RunError::NothingOf { method, scene, reason }.into()),
@@ -94,9 +95,9 @@ fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
 /// Says how many runs of each other estimator failed and why the first did or, where more is asked for, of each run of any why it
 /// failed, and how long each stage took.
 fn notes(scored: &Scored, progress: &Progress) {
-    let runs: Vec<&Run> = of_trajectories(scored).flat_map(Table::runs).collect();
+    let runs: Vec<&Run> = scored.results.table(TRAJECTORIES).into_iter().flat_map(Table::runs).collect();
     if progress.is_verbose() {
-        for (run, reason) in runs.iter().filter_map(|run| Some((run, failure(run)?))) {
+        for (run, reason) in runs.iter().filter_map(|run| Some((run, run.failure()?))) {
             progress.note(&format!("note: {} failed on seed {}: {reason}", run.method, run.seed.0));
         }
         for (stage, seconds) in &scored.manifest.seconds {
@@ -106,7 +107,7 @@ fn notes(scored: &Scored, progress: &Progress) {
     }
     for entry in &scored.entries {
         let of_entry = || runs.iter().filter(|run| run.method == entry.name);
-        let failed = of_entry().filter_map(|run| Some((run.seed, failure(run)?)));
+        let failed = of_entry().filter_map(|run| Some((run.seed, run.failure()?)));
         if let Some((seed, reason)) = failed.clone().next() {
             let (failed, all, name) = (failed.count(), of_entry().count(), &entry.name);
             progress.note(&format!(
@@ -114,16 +115,5 @@ fn notes(scored: &Scored, progress: &Progress) {
                 seed.0
             ));
         }
-    }
-}
-
-fn of_trajectories(scored: &Scored) -> impl Iterator<Item = &Table> {
-    scored.results.tables.iter().filter(|table| table.name() == TRAJECTORIES)
-}
-
-fn failure(run: &Run) -> Option<&str> {
-    match &run.outcome {
-        Outcome::Failed(reason) => Some(reason),
-        _ => None,
     }
 }

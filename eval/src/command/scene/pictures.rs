@@ -33,7 +33,7 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
         written.push(name);
         folder.write(name, bytes)
     };
-    let trajectories = scored.results.tables.iter().find(|table| table.name() == TRAJECTORIES);
+    let trajectories = scored.results.table(TRAJECTORIES);
     let gains: Vec<(&str, Paired)> = trajectories.map(gains).unwrap_or_default();
     if let (Some(reference), false) = (trajectories.and_then(Table::reference), gains.is_empty()) {
         picture("gains.svg", gains_svg(&scored.results.scene, reference, &gains)?.as_bytes())?;
@@ -82,7 +82,7 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
 /// What rows with a model, and those of others, change of the reference's ATE.
 fn gains(table: &Table) -> Vec<(&str, Paired)> {
     let learned = table.methods().iter().map(String::as_str).filter(|method| is_learned(method));
-    learned.filter_map(|method| Some((method, Paired::of(table, method, Metric::Ate)?))).collect()
+    learned.filter_map(|method| Some((method, table.paired(method, Metric::Ate)?))).collect()
 }
 
 fn title(scene: &str, seed: Seed, compared: Option<usize>) -> String {

@@ -7,7 +7,6 @@ use crate::command::places::places;
 use crate::result::grid::Style;
 use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
-use crate::result::table::Table;
 use crate::result::{summary_text, table_text};
 use crate::scene_file::row_name::is_learned;
 use crate::score::trajectory_scores::TRAJECTORIES;
@@ -38,7 +37,7 @@ pub fn say(
         kinds.push(("trajectories", vec!["<seed>/<method>.tum"]));
     }
     write!(stdout, "{}", places(folder, kinds))?;
-    if let Some(table) = named(scored, TRAJECTORIES) {
+    if let Some(table) = scored.results.table(TRAJECTORIES) {
         let learned = table.methods().iter().filter(|method| is_learned(method));
         let answers: Vec<String> = learned.filter_map(|method| summary_text::answer(table, method)).collect();
         if !answers.is_empty() {
@@ -49,12 +48,14 @@ pub fn say(
 }
 
 fn short(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
-    if let Some(table) = named(scored, TRAJECTORIES) {
-        writeln!(stdout, "{}", summary_text::trajectories(table))?;
+    let style = Style::terminal();
+    if let Some(table) = scored.results.table(TRAJECTORIES) {
+        writeln!(stdout, "{}", summary_text::trajectories(table, style))?;
     }
-    if let (Some(latents), Some(classes)) = (named(scored, OF_LATENTS.name), named(scored, OF_GROUNDING.name))
+    if let (Some(latents), Some(classes)) =
+        (scored.results.table(OF_LATENTS.name), scored.results.table(OF_GROUNDING.name))
     {
-        writeln!(stdout, "{}", summary_text::latents(latents, classes))?;
+        writeln!(stdout, "{}", summary_text::latents(latents, classes, style))?;
     }
     Ok(())
 }
@@ -71,8 +72,4 @@ fn all(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
         writeln!(stdout, "azimuths by {model}, by family, views of all seeds\n\n{by_family}")?;
     }
     Ok(())
-}
-
-fn named<'a>(scored: &'a Scored, name: &str) -> Option<&'a Table> {
-    scored.results.tables.iter().find(|table| table.name() == name)
 }

@@ -11,7 +11,7 @@
 use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::CalibrateArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use crate::pipeline::{chosen_model, model};
 use crate::result::statistics::quantile;
 use nalgebra::Point3;

@@ -1,5 +1,6 @@
 //! Why settings cannot be tried on a scene.
 
+use crate::exit::{Ends, Exit};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -21,4 +22,13 @@ pub enum ValidationError {
         /// The scene.
         scene: PathBuf,
     },
+}
+
+impl Ends for ValidationError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Undriven { .. } => Exit::BadInput,
+            Self::NothingSeen { .. } => Exit::NothingEvaluated,
+        }
+    }
 }

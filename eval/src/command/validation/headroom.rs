@@ -7,7 +7,7 @@
 use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::ValidationArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::exit::Exit;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 use std::io::Write;

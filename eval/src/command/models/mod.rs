@@ -1,10 +1,14 @@
 //! `bench models DIR...`: what model folders hold.
 
+pub mod error;
+
 use crate::command::cli::ModelsArgs;
 use crate::command::error::BenchError;
-use crate::command::exit::Exit;
+use crate::command::folder::is_there;
+use crate::exit::Exit;
 use crate::result::grid::{Style, draw};
 use crate::result::statistics::quantile;
+use error::Refused;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -15,9 +19,7 @@ const TIMED: usize = 31;
 
 /// Loads each model with all checks, and prints what it is; the error tells why those are refused that are.
 pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    if let Some(folder) = args.folders.iter().find(|folder| !folder.is_dir()) {
-        return Err(BenchError::NoFolder { folder: folder.clone() });
-    }
+    args.folders.iter().try_for_each(|folder| is_there(folder))?;
     let mut refusals = Vec::new();
     for folder in &args.folders {
         writeln!(stdout, "{}\n", folder.display())?;
@@ -36,7 +38,7 @@ pub fn models(args: &ModelsArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         let head = ["Graph", "File", "KiB", "Call [ms]", "Inputs", "Outputs"].map(String::from);
         writeln!(stdout, "\n{}\n", draw(Style::terminal(), &head, rows))?;
     }
-    if refusals.is_empty() { Ok(Exit::Success) } else { Err(BenchError::Refused(refusals)) }
+    if refusals.is_empty() { Ok(Exit::Success) } else { Err(Refused(refusals).into()) }
 }
 
 fn described(model: &Model) -> String {

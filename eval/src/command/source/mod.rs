@@ -1,97 +1,39 @@
 //! The scene or the study that a command is given: a file, or the name of one that comes with the program.
 
+pub mod error;
+
 use super::cli::Cli;
 use crate::command::error::BenchError;
 use crate::scene_file::FileKind;
 use crate::supplied;
-use clap::CommandFactory;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser};
+use error::{Meant, SourceError};
 use std::fs;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
-/// What is given in place of a scene or a study.
-#[derive(Debug, Error)]
-pub enum SourceError {
-    /// A word that is neither a command nor a scene.
-    #[error("there is no command and no scene `{word}`{} (`bench --help` lists the commands, `bench list` the scenes)", meant.hint())]
-    NoCommand {
-        /// The word.
-        word: String,
-        /// What may have been meant.
-        meant: Meant,
-    },
-    /// A name that nothing has.
-    #[error("there is no {kind} `{name}`{} (`bench list` names those that come with the program)", meant.hint())]
-    NoName {
-        /// What was looked for.
-        kind: FileKind,
-        /// Its name.
-        name: String,
-        /// What may have been meant.
-        meant: Meant,
-    },
-    /// A file that is not there.
-    #[error("there is no file {}{}", path.display(), meant.hint())]
-    NoFile {
-        /// Where it was looked for.
-        path: PathBuf,
-        /// What may have been meant.
-        meant: Meant,
-    },
-    /// A folder.
-    #[error("{} is a folder, expected one {kind}{}", folder.display(), listed(*kind, files))]
-    Folder {
-        /// The folder.
-        folder: PathBuf,
-        /// What was looked for.
-        kind: FileKind,
-        /// What it holds of that.
-        files: Vec<PathBuf>,
-    },
-    /// A study in place of a scene, or the other way round.
-    #[error("{} is a {found}, expected a {expected}: `{} {}` runs it", given.display(), found.command(), given.display())]
-    Other {
-        /// What was given.
-        given: PathBuf,
-        /// What it is.
-        found: FileKind,
-        /// What was looked for.
-        expected: FileKind,
-    },
+/// The command line of this process, which ends with help, or with 2 and what is wrong.
+pub fn command_line() -> Cli {
+    Cli::try_parse().unwrap_or_else(|error| {
+        let first = std::env::args().nth(1).filter(|_| error.use_stderr());
+        unknown_word(first.as_deref()).or_else(|| second_word(&error)).unwrap_or(error).exit()
+    })
 }
 
-/// What may have been meant, if anything comes near.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Meant(Option<String>);
-
-impl Meant {
-    /// The word among `known` that is nearest to `word`, and what to say of it.
-    fn nearest(word: &str, known: impl IntoIterator<Item = (String, String)>) -> Self {
-        let distance = |other: &str| strsim::damerau_levenshtein(word, other);
-        let near = known.into_iter().map(|(other, say)| (distance(&other), say));
-        let near = near.filter(|(distance, _)| *distance <= (word.len() / 3).max(1));
-        Self(near.min().map(|(_, say)| say))
-    }
-
-    fn hint(&self) -> String {
-        self.0.as_ref().map(|meant| format!("; did you mean {meant}?")).unwrap_or_default()
-    }
-}
-
-fn listed(kind: FileKind, files: &[PathBuf]) -> String {
-    let names: Vec<String> = files.iter().map(|file| format!("\n  {}", file.display())).collect();
-    if names.is_empty() {
-        return format!(", and it holds no {kind}");
-    }
-    format!(", such as one of:{}", names.concat())
-}
-
-/// Puts the file to read in the place of what the command line gives: one that comes with the program is laid out in the cache.
+/// Puts the file to read in the place of what the command line gives, and folders in that of the names of models: what comes with the
+/// program is laid out in the cache.
 pub fn find(cli: &mut Cli) -> Result<(), BenchError> {
     let bare = cli.command.is_none();
     if let Some(source) = cli.source() {
         *source.path = file(source.path, source.kind, source.cache, bare)?;
+    }
+    if let Some((models, cache)) = cli.models() {
+        for model in models {
+            let comes = |name: &str| supplied::models().any(|(other, _)| other == name);
+            if !model.exists() && model.to_str().is_some_and(comes) {
+                *model = supplied::lay_out(cache)?.join("models").join(&model);
+            }
+        }
     }
     Ok(())
 }
@@ -157,22 +99,35 @@ fn names(kind: FileKind) -> impl Iterator<Item = (String, String)> {
 
 /// What a misspelt word before anything else may be: a command or a scene.
 fn near_word(word: &str) -> Meant {
-    let commands = Cli::command();
-    let commands = commands.get_subcommands().map(|command| command.get_name().to_owned());
-    let commands = commands.map(|name| (name.clone(), format!("the command `{name}`")));
+    let commands = commands().into_iter().map(|name| (name.clone(), format!("the command `{name}`")));
     Meant::nearest(word, commands.chain(names(FileKind::Scene)))
 }
 
+fn commands() -> Vec<String> {
+    let mut bench = Cli::command();
+    bench.build();
+    bench.get_subcommands().map(|command| command.get_name().to_owned()).collect()
+}
+
 /// What to say where the first word is a misspelt command, which clap takes for a scene, and blames what follows it.
-pub fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
-    let word = first.filter(|word| !word.starts_with('-'))?;
-    let known = Cli::command().get_subcommands().any(|command| command.get_name() == word) || word == "help";
+fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
+    let word = first.filter(|word| !word.is_empty() && !word.starts_with('-'))?;
     let nothing = is_name(Path::new(word)) && !Path::new(word).exists() && named(word).is_none();
-    if known || !nothing {
+    if !nothing || commands().iter().any(|command| command == word) {
         return None;
     }
     let unknown = SourceError::NoCommand { word: word.to_owned(), meant: near_word(word) };
     Some(Cli::command().error(ErrorKind::InvalidSubcommand, unknown))
+}
+
+/// What to say of a word after a scene, which clap takes for a command.
+fn second_word(error: &clap::Error) -> Option<clap::Error> {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return None };
+    let told = match commands().contains(word) {
+        true => format!("a command comes before the scene: `bench {word} SCENE`"),
+        false => format!("one scene at a time: `{word}` is one word too many"),
+    };
+    (error.kind() == ErrorKind::ArgumentConflict).then(|| Cli::command().error(error.kind(), told))
 }
 
 /// A file beside the one that is not there, or one of its name that comes with the program.
@@ -181,8 +136,9 @@ fn near_path(path: &Path, kind: FileKind) -> Meant {
     let beside = files_in(path.parent().unwrap_or(Path::new("")), None).map(|file| {
         (file.file_name().unwrap_or_default().to_string_lossy().into_owned(), file.display().to_string())
     });
-    let supplied = supplied::of_kind(kind).map(|file| {
-        (format!("{}.yaml", file.name()), format!("`{}`, which comes with the program", file.name()))
+    let supplied = supplied::of_kind(kind).flat_map(|file| {
+        let told = format!("`{}`, which comes with the program", file.name());
+        [(file.name().to_owned(), told.clone()), (format!("{}.yaml", file.name()), told)]
     });
     match Meant::nearest(&name, beside) {
         Meant(None) => Meant::nearest(&name, supplied),
@@ -219,6 +175,7 @@ mod tests {
             told(Path::new("chekc"), FileKind::Scene, true).contains("did you mean the command `check`?")
         );
         assert!(told(Path::new("tabeltop"), FileKind::Scene, true).contains("did you mean `tabletop`?"));
+        assert!(told(Path::new("hlep"), FileKind::Scene, true).contains("did you mean the command `help`?"));
         let far = told(Path::new("zzzzzzzz"), FileKind::Scene, true);
         assert!(far.contains("`zzzzzzzz` (`bench --help`") && !far.contains("did you mean"), "{far}");
         assert!(
@@ -234,8 +191,13 @@ mod tests {
         fs::write(&mine, "world: 1\n").unwrap();
         let missing = told(&folder.path().join("mine.yml"), FileKind::Scene, true);
         assert!(missing.contains(&format!("did you mean {}?", mine.display())), "{missing}");
-        let elsewhere = told(&folder.path().join("tabletop.yaml"), FileKind::Scene, true);
-        assert!(elsewhere.contains("did you mean `tabletop`, which comes with the program?"), "{elsewhere}");
+        for name in ["tabletop.yaml", "tabletop", "tabletop/"] {
+            let elsewhere = told(&folder.path().join(name), FileKind::Scene, true);
+            assert!(
+                elsewhere.contains("did you mean `tabletop`, which comes with the program?"),
+                "{elsewhere}"
+            );
+        }
     }
 
     #[test]

@@ -1,0 +1,165 @@
+//! `bench study FILE`: models trained in several ways on the same views, compared on the same instances.
+
+mod scores;
+
+use super::figures::latents;
+use crate::command::cli::StudyArgs;
+use crate::command::error::BenchError;
+use crate::command::folder::is_there;
+use crate::command::places::places;
+use crate::exit::Exit;
+use crate::pipeline::{
+    Pipeline, StudyViews, VariantModels, finished_model, study_views, variant_models, variant_scores,
+};
+use crate::progress::Progress;
+use crate::result::folder::ResultFolder;
+use crate::result::grid::Style;
+use crate::result::kind::ResultKind;
+use crate::result::manifest::{Manifest, Renderer};
+use crate::result::output_folder::OutputFolder;
+use crate::result::report;
+use crate::result::results_file::{FILE_NAME, Results};
+use crate::result::table_text;
+use crate::scene_file;
+use crate::scene_file::study::{Scored, StudyFile, VariantError};
+use crate::score::unseen_table::OF_LATENTS;
+use scores::StudyScores;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+use vantage_dataset::{Seed, Split};
+use vantage_learn::Objective;
+
+/// Folder of the cache that holds trained trunks.
+const TRUNKS: &str = "trunks";
+/// Name of the file that tells what each variant is.
+const VARIANTS: &str = "variants.md";
+
+/// Trains and scores every variant, prints the table and writes it below `args.out`.
+pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let out = OutputFolder::probe(&args.out)?;
+    let study: StudyFile = scene_file::read(&args.study)?;
+    let beside = args.study.parent().unwrap_or(Path::new(""));
+    let pipeline = Pipeline::open(&beside.join(&study.scene), &args.cache, args.renderer.into())?;
+    let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
+    let finished = finished(&pipeline, &study, &args.study, &seeds)?;
+    let hash = study.hash(&pipeline.scene_hash)?;
+    let mut manifest = Manifest {
+        renderer: Renderer::from(&pipeline.renderer_info),
+        options: serde_json::to_value(args)?,
+        model_hashes: hashes(&finished),
+        ..Manifest::new(&hash, &seeds)
+    };
+
+    let started = Instant::now();
+    let imported = study.views.as_ref().map(|views| beside.join(views));
+    let views = study_views(&pipeline, &study, imported.as_deref())?;
+    manifest.took("views", started.elapsed());
+    manifest.dataset_hash = Some(views.hash());
+    finished.values().try_for_each(|models| views.check_finished(models))?;
+    let trunks = args.cache.join(TRUNKS);
+    let (scores, map) = scored(&pipeline, &study, &views, finished, &trunks, &mut manifest)?;
+    let any = scores.any();
+    let results = Results::new(&study.name, &hash, scores.tables(&study, &seeds)?);
+
+    let progress = Progress::detect();
+    let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &progress)?;
+    let place = folder.path().to_owned();
+    folder.write(VARIANTS, variants(&study).as_bytes())?;
+    let pictures: Vec<&str> = map.iter().map(|_| latents::LATENTS).collect();
+    map.map_or(Ok(()), |png| folder.write(latents::LATENTS, &png))?;
+    report::write(folder, &results, &manifest)?;
+    progress.note(&format!("written to {}", place.display()));
+    if let Some(table) = results.table(OF_LATENTS.name) {
+        writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
+    }
+    let kinds = [
+        ("tables", vec![report::TABLES]),
+        ("variants", vec![VARIANTS]),
+        ("raw scores", vec![FILE_NAME]),
+        ("pictures", pictures),
+    ];
+    write!(stdout, "{}", places(&place, kinds))?;
+    Ok(if any { Exit::Success } else { Exit::NothingEvaluated })
+}
+
+/// Refuses variants that cannot be trained, before any is, and loads the models of those that name a folder.
+fn finished<'s>(
+    pipeline: &Pipeline,
+    study: &'s StudyFile,
+    path: &Path,
+    seeds: &[Seed],
+) -> Result<BTreeMap<&'s str, VariantModels>, BenchError> {
+    let views = pipeline.scene.view_conditions().views;
+    let known = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
+    let mut finished = BTreeMap::new();
+    for (number, variant) in study.variants.iter().enumerate() {
+        let located =
+            |error| VariantError { place: Some(scene_file::place_of_variant(number, path)), ..error };
+        let spec = variant.training(&pipeline.file.training.model).map_err(located)?;
+        variant.fits(views.instances(Split::Train), known).map_err(located)?;
+        variant.allowed_under(study.scored).map_err(located)?;
+        if let Some(folder) = &variant.folder {
+            let folder = path.with_file_name(folder);
+            is_there(&folder)?;
+            finished.insert(variant.name.as_str(), finished_model(pipeline, &folder, seeds)?);
+        } else if spec.objective == Objective::ViewpointPredictive && views.odometry.is_none() {
+            let reason =
+                "the viewpoint-predictive model is trained on odometry: set views.odometry in the scene";
+            return Err(located(variant.refused(reason.to_owned())).into());
+        }
+    }
+    Ok(finished)
+}
+
+/// The hash of each model that was trained elsewhere, by its variant.
+fn hashes(finished: &BTreeMap<&str, VariantModels>) -> BTreeMap<String, String> {
+    let hash = |models: &VariantModels| {
+        models.iter().find_map(|(_, model)| Some(model.as_ref().ok()?.model.hash().to_owned()))
+    };
+    finished.iter().filter_map(|(name, models)| Some(((*name).to_owned(), hash(models)?))).collect()
+}
+
+/// The scores of all variants, trained where they are not `finished`, and a map of the latents of the first as PNG.
+fn scored(
+    pipeline: &Pipeline,
+    study: &StudyFile,
+    views: &StudyViews,
+    mut finished: BTreeMap<&str, VariantModels>,
+    trunks: &Path,
+    manifest: &mut Manifest,
+) -> Result<(StudyScores, Option<Vec<u8>>), BenchError> {
+    let (mut scores, mut map) = (StudyScores::default(), None);
+    for (number, variant) in study.variants.iter().enumerate() {
+        let started = Instant::now();
+        let models = match finished.remove(variant.name.as_str()) {
+            Some(models) => models,
+            None => variant_models(pipeline, study, variant, views, trunks)?,
+        };
+        if let (0, Some((_, Ok(first))), Some(set)) = (number, models.first(), views.first_scored()) {
+            map = latents::map(set, &latents::embeddings(&first.model, set)?)?.map(|(_, png)| png);
+        }
+        for (seed, model) in models {
+            match model {
+                Ok(model) => {
+                    scores.scored(&variant.name, seed, &variant_scores(pipeline, views, &model)?);
+                }
+                Err(failure) => scores.failed(&variant.name, seed, &failure),
+            }
+        }
+        manifest.took(&variant.name, started.elapsed());
+    }
+    Ok((scores, map))
+}
+
+/// What the study is about, and each variant, as Markdown.
+fn variants(study: &StudyFile) -> String {
+    let scored = match &study.views {
+        Some(views) => format!("the views in {}", views.display()),
+        None => study.scored.told().to_owned(),
+    };
+    let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
+    let (name, purpose, notes) = (&study.name, study.purpose.trim(), notes.collect::<String>());
+    format!("# {name}\n\n{purpose}\n\nScored: {scored}.\n\n{notes}")
+}
