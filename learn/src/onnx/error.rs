@@ -1,6 +1,6 @@
 //! What can be wrong with an ONNX file.
 
-use super::{OPERATORS, OPSETS};
+use super::OPSETS;
 
 /// Why an ONNX file is refused, or its run failed.
 #[derive(Debug, thiserror::Error)]
@@ -27,11 +27,12 @@ pub enum GraphError {
     #[error("node {node:?} is {form}, whose bits would depend on the processor; {remedy}")]
     ProcessorDependent { node: String, form: &'static str, remedy: &'static str },
     /// An operator outside the list.
-    #[error("node {node:?} uses operator {operator:?}, expected one of {OPERATORS:?}")]
+    #[error("node {node:?} uses operator {operator:?}, expected one of {expected:?}")]
     Operator {
         node: String,
         /// Its operator, with its domain where it is not the default one.
         operator: String,
+        expected: &'static [&'static str],
     },
     /// Nodes that do not hang together.
     #[error("tensor {tensor:?} {fault}")]
