@@ -15,7 +15,7 @@
 //! | [`sighting`], [`ray`] | viewpoints by odometry and boxes alone; where lines of sight meet | 16-19 |
 //! | [`instance`], [`views`], [`mod@episode_views`] | instances, their splits and symmetries; sets of views to train on | 12-14 |
 //! | [`sample`], [`capture`] | labelled crops and whole images, for formats of others | |
-//! | [`se3`], [`median`], [`seed`], [`widest`], [`jpeg`] | SE(3); medians; named random streams; vector instructions; whether a JPEG is whole | |
+//! | [`se3`], [`median`], [`rule`], [`seed`], [`widest`], [`jpeg`] | SE(3); medians; rules of settings; named random streams; vector instructions; whether a JPEG is whole | |
 //! | [`store`] | episodes and view sets on disk; the cache of stages | |
 //!
 //! Units are SI and radians, `f64` for geometry and `u8`/`f32` for images. The world is z-up; cameras follow
@@ -32,6 +32,7 @@ pub mod jpeg;
 pub mod mask;
 pub mod median;
 pub mod ray;
+pub mod rule;
 pub mod sample;
 pub mod se3;
 pub mod seed;

@@ -24,15 +24,6 @@ pub struct Viewpoint {
     pub log_distance: f64,
 }
 
-/// `x` and its derivative to a right perturbation of `object_from_camera`.
-#[derive(Clone, Debug)]
-pub struct Conditioning {
-    /// `[cos a, sin a, cos 2a, sin 2a, ..., sin elevation, cos roll, sin roll, log distance]` with azimuth `a`.
-    pub x: [f64; CONDITIONING],
-    /// `d x / d delta` for `object_from_camera * Exp(delta)`, delta rotation first.
-    pub jacobian: SMatrix<f64, CONDITIONING, 6>,
-}
-
 impl Viewpoint {
     /// The viewpoint of a camera at `object_from_camera` (translation in metres) of an object of
     /// `object_size` metres (diameter of its bounding sphere), or `None` where the camera is at the object's
@@ -87,11 +78,10 @@ impl Viewpoint {
         ]);
         x
     }
-}
 
-impl Conditioning {
-    /// The conditioning of [`Viewpoint::new`] with its exact derivative.
-    pub fn new(object_from_camera: &Pose, object_size: f64) -> Option<Self> {
+    /// `d x / d delta` of the [conditioning](Self::conditioning) `x` of [`Viewpoint::new`], for
+    /// `object_from_camera * Exp(delta)`, delta rotation first.
+    pub fn jacobian(object_from_camera: &Pose, object_size: f64) -> Option<SMatrix<f64, CONDITIONING, 6>> {
         let x = Viewpoint::new(object_from_camera, object_size)?.conditioning();
         let rotation = object_from_camera.rotation.to_rotation_matrix().into_inner();
         let p = object_from_camera.translation.vector;
@@ -129,7 +119,7 @@ impl Conditioning {
         jacobian.set_row(tail + 1, &(roll * -x[tail + 2]));
         jacobian.set_row(tail + 2, &(roll * x[tail + 1]));
         jacobian.set_row(tail + 3, &log_distance);
-        Some(Self { x, jacobian })
+        Some(jacobian)
     }
 }
 
@@ -193,7 +183,7 @@ mod tests {
             [(0.3, 0.2, 0.0, 0.0), (-2.9, 0.9, 0.3, 0.4), (3.1, -0.5, -0.4, -2.0), (1.5, 1.2, 0.2, 3.1)]
         {
             let pose = object_from_camera(azimuth, elevation, 1.7, off_axis, roll);
-            let analytic = Conditioning::new(&pose, 0.3).unwrap();
+            let analytic = Viewpoint::jacobian(&pose, 0.3).unwrap();
             for column in 0..6 {
                 let mut step = Vector6::zeros();
                 step[column] = 1e-6;
@@ -201,7 +191,7 @@ mod tests {
                 let minus = Viewpoint::new(&(pose * se3::exp(&-step)), 0.3).unwrap().conditioning();
                 for row in 0..CONDITIONING {
                     assert_relative_eq!(
-                        analytic.jacobian[(row, column)],
+                        analytic[(row, column)],
                         (plus[row] - minus[row]) / 2e-6,
                         epsilon = 1e-6
                     );

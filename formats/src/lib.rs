@@ -52,7 +52,6 @@ pub use bop::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
 pub use crops::{CropLayout, CropOptions, CropWriter};
 pub use import::{ImportError, ImportReport, Problem, Skipped};
 pub use lens::Lens;
-pub use rle::Rle;
 pub use shard::{
     FORMAT, Inventory, LayoutManifest, ObjectRecord, Opened, SET_ASIDE, ShardRecord, verify_layout,
 };

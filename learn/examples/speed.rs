@@ -14,9 +14,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use tract_onnx::prelude::*;
 use vantage_dataset::{Seed, Split};
-use vantage_learn::{
-    Progress, Stage, Training, TrainingDevice, TrainingSpec, Viewing, ViewpointModel, train,
-};
+use vantage_learn::{Model, Progress, Stage, Training, TrainingDevice, TrainingSpec, Viewing, train};
 use vantage_model::{LatentGaussian, ObservationModel};
 
 /// As in `bench`.
@@ -68,7 +66,9 @@ fn trained() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let model = ViewpointModel::load(model)?;
+    let Model::ViewpointDependent(model) = Model::load(model)? else {
+        return Err("not viewpoint-dependent".into());
+    };
     let views = synthetic::views(Split::Validation, 2, 2, 2);
     let view = &views.views[0];
     let x = view.viewpoint.conditioning();
@@ -85,7 +85,7 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn ran_batches(model: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    ViewpointModel::load(model)?;
+    Model::load(model)?;
     let mut graphs =
         std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     graphs.retain(|path| path.extension().is_some_and(|extension| extension == "onnx"));

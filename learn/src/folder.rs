@@ -7,10 +7,10 @@ use crate::file::read;
 use crate::manifest::{FileRecord, MANIFEST, Manifest, sha256};
 use crate::onnx::graph::Graph;
 use crate::residual::ResidualNoise;
-use crate::role::{Kind, Role};
+use crate::role::Role;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use vantage_dataset::InstanceId;
 use vantage_model::LatentGaussian;
 
@@ -19,7 +19,6 @@ pub const LARGEST_FILE: u64 = 256 << 20;
 
 /// What every kind of model is made of: its manifest, and its graphs, checked and ready to run.
 pub(crate) struct ModelFolder {
-    pub(crate) path: PathBuf,
     pub(crate) manifest: Manifest,
     /// BLAKE3 of the manifest, which holds the hashes of all other files.
     pub(crate) hash: String,
@@ -50,18 +49,9 @@ impl ModelFolder {
         let canary =
             Canary::parse(&folder.join(&manifest.canary.file), &read_recorded(folder, &manifest.canary)?)?;
         let training_instances = training_instances(folder, &manifest.training.instances)?;
-        let model = Self { path, manifest, hash, training_instances, graphs, canary };
+        let model = Self { manifest, hash, training_instances, graphs, canary };
         model.replay_canary(folder)?;
         Ok(model)
-    }
-
-    /// Likewise, and refuses models of another kind.
-    pub(crate) fn load_kind(folder: &Path, expected: Kind) -> Result<Self, ModelError> {
-        let folder = Self::load(folder)?;
-        match folder.manifest.kind {
-            got if got == expected => Ok(folder),
-            got => Err(ModelError::Kind { path: folder.path, got, expected }),
-        }
     }
 
     /// The noise of the measurement, of a kind that has one.
@@ -136,6 +126,12 @@ impl ModelFolder {
             check_derivatives(&self.graphs, case, &path())?;
         }
         Ok(())
+    }
+}
+
+impl std::fmt::Debug for ModelFolder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.hash)
     }
 }
 

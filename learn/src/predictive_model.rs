@@ -4,16 +4,14 @@ use crate::difference::central_differences;
 use crate::error::ModelError;
 use crate::folder::{ModelFolder, factor, matrix, narrowed, widened};
 use crate::latent::Latent;
-use crate::manifest::Manifest;
 use crate::residual::ResidualNoise;
-use crate::role::{Convention, Kind, Role};
+use crate::role::{Convention, Role};
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeSet;
-use std::path::Path;
-use vantage_dataset::{Crop, InstanceId};
+use vantage_dataset::Crop;
 use vantage_model::LatentGaussian;
 
 /// `q(e | z)` and `p(z' | z, e, Delta X)` of Eq. 15-20, reduced to measurements as in IV-C.
+#[derive(Debug)]
 pub struct PredictiveModel(pub(crate) ModelFolder);
 
 /// A predicted measurement of another view and its derivatives.
@@ -30,11 +28,6 @@ pub struct PredictiveLinearization {
 }
 
 impl PredictiveModel {
-    /// Loads a folder as [`Model::load`](crate::Model::load) does, and refuses other kinds of model.
-    pub fn load(folder: &Path) -> Result<Self, ModelError> {
-        ModelFolder::load_kind(folder, Kind::ViewpointPredictive).map(Self)
-    }
-
     /// `m(z)`, `[d_m]`.
     pub fn measure(&self, crop: &Crop) -> Result<DVector<f64>, ModelError> {
         let [m] = self.0.run(Role::Measurement, [&crop.to_chw()])?;
@@ -122,21 +115,6 @@ impl PredictiveModel {
         self.0.manifest.sizes().measurement
     }
 
-    /// BLAKE3 of the manifest, which holds the hashes of all other files: the model's identity.
-    pub fn hash(&self) -> &str {
-        &self.0.hash
-    }
-
-    /// Where the model came from, and what it holds.
-    pub fn manifest(&self) -> &Manifest {
-        &self.0.manifest
-    }
-
-    /// The instances that it was trained or calibrated on, none of which may be scored.
-    pub fn training_instances(&self) -> &BTreeSet<InstanceId> {
-        &self.0.training_instances
-    }
-
     fn predict_from(
         &self,
         latent: &[f64],
@@ -146,11 +124,5 @@ impl PredictiveModel {
         let inputs = [&narrowed(latent)[..], &narrowed(measurement), &narrowed(change)];
         let [other] = self.0.run(Role::Predictor, inputs)?;
         Ok(widened(&other))
-    }
-}
-
-impl std::fmt::Debug for PredictiveModel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "PredictiveModel({})", self.0.hash)
     }
 }

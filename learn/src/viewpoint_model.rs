@@ -4,31 +4,24 @@ use crate::difference::central_differences;
 use crate::error::ModelError;
 use crate::folder::{ModelFolder, factor, matrix, narrowed, widened};
 use crate::latent::Latent;
-use crate::manifest::Manifest;
-use crate::role::{Kind, Role};
+use crate::role::Role;
 use crate::viewing::Viewing;
 use nalgebra::DVector;
-use std::collections::BTreeSet;
-use std::path::Path;
 use vantage_dataset::viewpoint::CONDITIONING;
-use vantage_dataset::{Crop, InstanceId, Viewpoint};
+use vantage_dataset::{Crop, Viewpoint};
 use vantage_model::{
     AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
 };
 
 /// `q(e | z, x_rel)` and `p(z | e, x_rel)` of Eq. 10-12, and the reduced measurement `m(z)` of IV-C: an
 /// [`ObservationModel`], and its graphs by the numbers that these are given.
+#[derive(Debug)]
 pub struct ViewpointModel {
     pub(crate) folder: ModelFolder,
     noise: MeasurementNoise,
 }
 
 impl ViewpointModel {
-    /// Loads a folder as [`Model::load`](crate::Model::load) does, and refuses other kinds of model.
-    pub fn load(folder: &Path) -> Result<Self, ModelError> {
-        ModelFolder::load_kind(folder, Kind::ViewpointDependent).map(Self::new)
-    }
-
     pub(crate) fn new(folder: ModelFolder) -> Self {
         Self { noise: folder.noise().law(), folder }
     }
@@ -81,21 +74,6 @@ impl ViewpointModel {
         self.folder.has(role)
     }
 
-    /// BLAKE3 of the manifest, which holds the hashes of all other files: the model's identity.
-    pub fn hash(&self) -> &str {
-        &self.folder.hash
-    }
-
-    /// Where the model came from, and what it holds.
-    pub fn manifest(&self) -> &Manifest {
-        &self.folder.manifest
-    }
-
-    /// The instances that it was trained or calibrated on, none of which may be scored.
-    pub fn training_instances(&self) -> &BTreeSet<InstanceId> {
-        &self.folder.training_instances
-    }
-
     fn decode_from(&self, latent: &[f64], x: &[f64]) -> Result<DVector<f64>, ModelError> {
         let [m] = self.folder.run(Role::Decoder, [&narrowed(latent), &narrowed(x)])?;
         Ok(widened(&m))
@@ -137,11 +115,5 @@ impl Viewing for ViewpointModel {
     fn reconstruct(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Option<Result<Crop, AnswerError>> {
         let predicted = || self.decode_image(latent, &viewpoint.conditioning()).map_err(ModelError::into);
         self.has(Role::Image).then(predicted)
-    }
-}
-
-impl std::fmt::Debug for ViewpointModel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "ViewpointModel({})", self.folder.hash)
     }
 }

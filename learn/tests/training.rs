@@ -4,11 +4,13 @@
 
 mod support;
 
-use support::{synthetic, tiny_model, tiny_spec, tiny_training, trained, training_views, validation_views};
+use support::{
+    synthetic, tiny_model, tiny_spec, tiny_training, trained, training_views, validation_views,
+    viewpoint_model,
+};
 use vantage_dataset::{Crop, Split, ViewSet};
 use vantage_learn::{
     CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, MANIFEST, Progress, SHEET, Stage, TrainError, TrainingSpec,
-    ViewpointModel,
 };
 use vantage_model::ObservationModel;
 
@@ -118,7 +120,7 @@ fn a_training_with_a_share_of_black_crops_ends_with_a_model_that_answers_to_blac
     training.views.iter_mut().step_by(3).for_each(|view| view.crop = Crop::black());
     let folder = tempfile::tempdir().unwrap();
     trained([&training, &validation_views()], &tiny_spec(), folder.path(), None, |_| false).unwrap();
-    let model = ViewpointModel::load(folder.path()).unwrap();
+    let model = viewpoint_model(folder.path());
     model.measure(&Crop::black()).unwrap();
 }
 

@@ -1,7 +1,7 @@
 //! A prediction near a point: its derivatives to the latent and to the camera's pose.
 
 use nalgebra::{DMatrix, DVector, Dyn, OMatrix, U6};
-use vantage_dataset::viewpoint::{CONDITIONING, Conditioning, HARMONICS};
+use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Pose, Viewpoint};
 
 /// The model's prediction near a point.
@@ -49,8 +49,7 @@ impl ViewpointDerivative {
         object_from_camera: &Pose,
         object_size: f64,
     ) -> Option<OMatrix<f64, Dyn, U6>> {
-        let Conditioning { jacobian, .. } = Conditioning::new(object_from_camera, object_size)?;
-        Some(left * &self.0 * jacobian)
+        Some(left * &self.0 * Viewpoint::jacobian(object_from_camera, object_size)?)
     }
 
     /// `d h / d azimuth`, `[M]`, per radian.

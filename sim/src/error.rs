@@ -5,6 +5,7 @@ use vantage_dataset::Split;
 
 /// A world that does not stand, or a renderer that failed.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SimError {
     /// The objects find no room on the surface.
     #[error(
@@ -14,9 +15,7 @@ pub enum SimError {
     NothingFits {
         /// How many found room, the smallest first.
         fitting: usize,
-        /// How many were asked for.
         wanted: usize,
-        /// Which surface.
         surface: &'static str,
     },
     /// The scene has no family, and fewer meshes than it asks for.
@@ -25,25 +24,14 @@ pub enum SimError {
          one object; lower it, add to `world.meshes`, state their `split`, or list `world.families`",
         split.name()
     )]
-    TooFewMeshes {
-        /// The setting that asks for them.
-        field: &'static str,
-        /// How many it asks for.
-        wanted: usize,
-        /// How many there are.
-        got: usize,
-        /// Of which split.
-        split: Split,
-    },
+    TooFewMeshes { field: &'static str, wanted: usize, got: usize, split: Split },
     /// An object kept moving.
     #[error(
         "object {object} ({family}) still moved {seconds:.0} s after it was dropped; another seed, a wider \
          `world.spacing` or other `world.families` may settle"
     )]
     DidNotSettle {
-        /// Index of the object.
         object: usize,
-        /// Its family.
         family: String,
         /// Simulated time it was given, seconds.
         seconds: f64,
@@ -54,26 +42,20 @@ pub enum SimError {
          `world.spacing` or a larger surface may hold it"
     )]
     LeftTheWorld {
-        /// Index of the object.
         object: usize,
-        /// Its family.
         family: String,
         /// Where it was, world frame, metres.
         position: [f64; 3],
     },
     /// The physics engine met a number that is not finite and took a body out of the world.
     #[error("the physics engine met a non-finite state of {body}; please report the scene and its seed")]
-    NonFinite {
-        /// Which body.
-        body: String,
-    },
+    NonFinite { body: String },
     /// The robot did not follow its path.
     #[error(
         "at step {step} the robot was {distance:.2} m from where its path has it; lower `robot.speed`, widen the \
          path's curves, or clear its way"
     )]
     LeftThePath {
-        /// The step.
         step: usize,
         /// Distance from where it should be, metres.
         distance: f64,
@@ -83,12 +65,7 @@ pub enum SimError {
         "no random walk of {legs} legs keeps clear of everything, the longest found has {longest}; make `leg_length` or \
          `clearance` smaller, or clear the room"
     )]
-    NoWalk {
-        /// How many legs were asked for.
-        legs: usize,
-        /// How many the best attempt has.
-        longest: usize,
-    },
+    NoWalk { legs: usize, longest: usize },
     /// No point of the grid is free.
     #[error(
         "no point of the grid is {clearance} m clear of everything; make `clearance` or `spacing` smaller"
@@ -107,15 +84,12 @@ pub enum SimError {
         limit / 1_000_000
     )]
     TooLarge {
-        /// What was asked for.
         what: &'static str,
         /// The estimate, bytes.
         bytes: u64,
         /// The limit, bytes.
         limit: u64,
-        /// The setting that asks for most of it.
         field: &'static str,
-        /// Which settings to reduce.
         remedy: &'static str,
     },
     /// The scene plays longer than a simulation may.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! x_k+1 = f(x_k, u_k)                              pure pursuit, one step of rigid bodies in 1/120 s
-//! u_k   = x_k^-1 x_k+1 Exp(s(u) * n_k + d(u) * b)  odometry (Eq. 4): n_k anew at each step, b once an episode
+//! u_k   = x_k^-1 x_k+1 Exp(s(u) * n_k + d(u) * b)  odometry (Eq. 3): n_k anew at each step, b once an episode
 //! p     = (fx X/Z + cx, fy Y/Z + cy)               a point (X, Y, Z) of the camera's frame, pixels
 //! I(p)  = a (l_a + l_d max(0, n . l))              nearest surface: albedo a, normal n, light l; linear RGB
 //! z^g   = box and area of the visible mask         Eq. 6

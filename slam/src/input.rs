@@ -2,7 +2,8 @@
 
 use crate::noise::sqrt_information;
 use garde::Validate;
-use vantage_dataset::{Observations, Pose};
+use vantage_dataset::Observations;
+use vantage_dataset::se3::is_finite;
 use vantage_model::{AnswerError, ObservationModel};
 
 /// Tracks above this are taken for corrupt, not for that many objects.
@@ -65,10 +66,6 @@ pub fn check_model(model: &dyn ObservationModel) -> Result<(), AnswerError> {
     } else {
         Err(AnswerError::Shape { what: "square root of the information (rows)", got, expected })
     }
-}
-
-fn is_finite(pose: &Pose) -> bool {
-    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
 }
 
 fn check_camera(observations: &Observations) -> Result<(), EstimateError> {

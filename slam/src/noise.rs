@@ -13,6 +13,7 @@ use garde::Validate;
 use nalgebra::Matrix6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 use vantage_model::student_t;
 
 /// A robust kernel on the squared norm of a whole whitened residual.
@@ -86,27 +87,6 @@ impl BearingNoise {
     pub fn sigma(&self, angular_size: f64) -> f64 {
         libm::hypot(self.fixed, self.proportional * angular_size)
     }
-}
-
-/// Refuses NaN, which YAML can write and which passes `range`.
-pub fn not_nan(value: &f64, _: &()) -> garde::Result {
-    if value.is_nan() { Err(garde::Error::new("got NaN, expected a number")) } else { Ok(()) }
-}
-
-/// Refuses what is not a positive, finite number.
-pub(crate) fn positive(value: &f64, _: &()) -> garde::Result {
-    if *value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(garde::Error::new(format!("got {value}, expected a positive number")))
-}
-
-/// Refuses negative numbers and NaN.
-pub(crate) fn not_negative(value: &f64, _: &()) -> garde::Result {
-    if *value >= 0.0 {
-        return Ok(());
-    }
-    Err(garde::Error::new(format!("got {value}, expected 0 or more")))
 }
 
 #[cfg(test)]

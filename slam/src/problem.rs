@@ -13,7 +13,7 @@ use vantage_dataset::{Observations, Pose};
 /// Information of the first pose's prior, which fixes the world frame: a millionth of a radian and metre.
 const GAUGE_SQRT_INFORMATION: f64 = 1e6;
 
-/// The gauge, and P(x_k | x_k-1, u_k-1) of Eq. 4.
+/// The gauge, and P(x_k | x_k-1, u_k-1) of Eq. 3.
 pub fn add_odometry(graph: &mut Graph<'_>, observations: &Observations) {
     if observations.steps() > 0 {
         let gauge = Matrix6::identity() * GAUGE_SQRT_INFORMATION;

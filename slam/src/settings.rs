@@ -1,8 +1,9 @@
 //! What estimators are told beside observations, grouped by what uses it.
 
-use crate::noise::{BearingNoise, Kernel, not_negative, positive};
+use crate::noise::{BearingNoise, Kernel};
 use crate::solve::Limits;
 use garde::Validate;
+use vantage_dataset::rule::{not_negative, positive};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 
 /// All settings; each estimator takes the groups it has a use for.

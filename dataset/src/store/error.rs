@@ -40,13 +40,13 @@ impl Fault {
 
 /// Why stored data could not be written or read.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum StoreError {
     /// The disk is full, or the place cannot be written.
     #[error("cannot write {}: {source}; {}", path.display(), write_remedy(source.kind()))]
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
         source: io::Error,
     },
     /// The system could not read a file that is there.
@@ -54,7 +54,6 @@ pub enum StoreError {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
         source: io::Error,
     },
     /// There is no manifest, which is written last.
@@ -62,85 +61,42 @@ pub enum StoreError {
         "{} holds no manifest.json: it was never finished, or is no dataset folder; write it again",
         folder.display()
     )]
-    Unfinished {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Unfinished { folder: PathBuf },
     /// A later version of the program wrote this.
     #[error(
         "{} has format {found}, and this version reads up to {supported}; \
          use the version that wrote it, or another folder (nothing was changed)",
         path.display()
     )]
-    Newer {
-        /// The file that holds the format.
-        path: PathBuf,
-        /// Its format.
-        found: u64,
-        /// The newest format known here.
-        supported: u32,
-    },
+    Newer { path: PathBuf, found: u64, supported: u32 },
     /// A file is not the one that was written: lost, cut short, or changed.
     #[error("{} is damaged: got {got}, expected {expected}; write its folder again", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What it is now.
-        got: String,
-        /// What the manifest says.
-        expected: String,
-    },
+    Damaged { path: PathBuf, got: String, expected: String },
     /// A file holds what the format forbids.
     #[error("{}/{fault}; write the folder again, or mend the program that wrote it", folder.display())]
-    Invalid {
-        /// The folder.
-        folder: PathBuf,
-        /// What is wrong in it.
-        fault: Box<Fault>,
-    },
+    Invalid { folder: PathBuf, fault: Box<Fault> },
     /// What was to be written breaks the format; nothing was written.
     #[error("refused to write {}/{fault}; mend the program that made it", folder.display())]
-    Unfit {
-        /// The folder.
-        folder: PathBuf,
-        /// What is wrong with it.
-        fault: Box<Fault>,
-    },
+    Unfit { folder: PathBuf, fault: Box<Fault> },
     /// The folder holds what no version of this program wrote; it was left as it is.
     #[error("{} holds other files than a dataset written here; choose an empty or a new folder", folder.display())]
-    Foreign {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Foreign { folder: PathBuf },
     /// An episode in place of a view set, or the other way round.
     #[error("{} holds {got}: name a folder that holds {expected}", folder.display())]
-    OtherKind {
-        /// The folder.
-        folder: PathBuf,
-        /// What it holds.
-        got: &'static str,
-        /// What was to be read.
-        expected: &'static str,
-    },
+    OtherKind { folder: PathBuf, got: &'static str, expected: &'static str },
     /// A dataset that was begun, or written, with other options or from other inputs.
     #[error(
         "{}/{fault}; run with those options again to go on, or choose another folder",
         folder.display()
     )]
     Differs {
-        /// The folder.
         folder: PathBuf,
         /// What differs: what was asked for now, and what the dataset was begun with.
         fault: Box<Fault>,
     },
     /// The inputs of a stage cannot be put into a cache key.
     #[error("no cache key for stage {stage:?}: {reason}; mend the program that names the stage")]
-    Key {
-        /// The stage.
-        stage: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Key { stage: String, reason: String },
 }
 
 /// What has to change for a store to go on.

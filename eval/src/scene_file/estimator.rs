@@ -4,7 +4,8 @@ use super::row::Row;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vantage_slam::noise::{BearingNoise, Kernel, not_nan};
+use vantage_dataset::rule::not_nan;
+use vantage_slam::noise::{BearingNoise, Kernel};
 use vantage_slam::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
 
 /// Settings of the estimator; every field has a default.

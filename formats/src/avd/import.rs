@@ -33,8 +33,6 @@ pub struct AvdScan {
     pub movements: MovementGraph,
     /// File name of each step's image.
     pub images: Vec<String>,
-    /// Difficulty of each detection, 1 to 5.
-    pub difficulties: Vec<u8>,
     /// Distortion of the images, of which boxes are freed and crops are not.
     pub lens: Lens,
     /// What was left out. Its `views` are the detections.
@@ -107,7 +105,6 @@ pub fn read_scan(folder: &Path) -> Result<AvdScan, ImportError> {
         episode: Episode { observations, truth },
         movements: MovementGraph::new(&images, &annotations),
         images,
-        difficulties: found.iter().map(|found| found.evidence.difficulty).collect(),
         lens,
         report,
         folder: folder.to_owned(),

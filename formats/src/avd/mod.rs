@@ -32,7 +32,7 @@ pub use import::{
 };
 pub use labels::ID_MAPS;
 pub use movement::Movement;
-pub use movement_graph::{MovementGraph, MovementPair};
+pub use movement_graph::MovementGraph;
 pub use name::{ScanName, SceneType};
 
 /// Headings at a point of the grid, 30 degrees apart.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::rle::Rle;
 use serde_json::Value;
 
 fn json(path: &Path) -> Value {

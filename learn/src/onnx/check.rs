@@ -69,7 +69,8 @@ fn check_node(node: &NodeProto) -> Result<(), GraphError> {
     let standard = node.domain.is_empty() || node.domain == "ai.onnx";
     if !standard || !OPERATORS.contains(&node.op_type.as_str()) {
         let prefix = if standard { String::new() } else { format!("{}.", node.domain) };
-        return Err(GraphError::Operator { node: node.name.clone(), operator: prefix + &node.op_type });
+        let (node, operator) = (node.name.clone(), prefix + &node.op_type);
+        return Err(GraphError::Operator { node, operator, expected: &OPERATORS });
     }
     if let Some((form, remedy)) = processor_dependent(node) {
         return Err(GraphError::ProcessorDependent { node: node.name.clone(), form, remedy });

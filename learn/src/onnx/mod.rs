@@ -12,69 +12,11 @@ mod kernels;
 #[cfg(target_arch = "x86_64")]
 mod routines;
 
+pub use infer::OPERATORS;
 use std::ops::RangeInclusive;
 
 /// Operator sets of the files read.
 pub const OPSETS: RangeInclusive<i64> = 13..=18;
-
-/// Operators a model may use: those of feed-forward networks. None repeats, loops or draws at random, and of each the shape of what
-/// it makes is known before a run.
-pub const OPERATORS: [&str; 54] = [
-    "Abs",
-    "Add",
-    "AveragePool",
-    "BatchNormalization",
-    "Cast",
-    "Clip",
-    "Concat",
-    "Constant",
-    "Conv",
-    "ConvTranspose",
-    "Cos",
-    "Div",
-    "Elu",
-    "Erf",
-    "Exp",
-    "Flatten",
-    "Gather",
-    "Gemm",
-    "GlobalAveragePool",
-    "GlobalMaxPool",
-    "HardSigmoid",
-    "HardSwish",
-    "Identity",
-    "InstanceNormalization",
-    "LayerNormalization",
-    "LeakyRelu",
-    "Log",
-    "MatMul",
-    "Max",
-    "MaxPool",
-    "Min",
-    "Mul",
-    "Neg",
-    "PRelu",
-    "Pad",
-    "Pow",
-    "Reciprocal",
-    "ReduceMean",
-    "ReduceSum",
-    "Relu",
-    "Reshape",
-    "Sigmoid",
-    "Sign",
-    "Sin",
-    "Slice",
-    "Softmax",
-    "Softplus",
-    "Split",
-    "Sqrt",
-    "Squeeze",
-    "Sub",
-    "Tanh",
-    "Transpose",
-    "Unsqueeze",
-];
 
 /// A tensor of a graph's signature: always `f32`, always of fixed shape.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -13,6 +13,7 @@ use crate::role::Convention;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 use vantage_dataset::viewpoint::HARMONICS;
 
 /// How the instance term ties a latent `e` to its instance `beta`.
@@ -229,10 +230,6 @@ fn beside_viewpoints(spec: &TrainingSpec) -> impl FnOnce(&f64, &()) -> garde::Re
             "is {weight}: the objectives autoencoder and contrastive, whose trunks learn no viewpoints, do not take it; set it to 0"
         )))
     }
-}
-
-fn not_nan(value: &f64, _: &()) -> garde::Result {
-    if value.is_nan() { Err(garde::Error::new("is not a number")) } else { Ok(()) }
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! `model.predictive`: settings of the viewpoint-predictive model alone.
 
-use super::{is_default, not_nan};
+use super::is_default;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 
 /// What the viewpoint-predictive model is told of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -8,6 +8,7 @@ use vantage_dataset::{InstanceId, Split};
 /// Why there is no model.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum TrainError {
     /// Fields of the spec out of range.
     #[error("training spec: {0}")]
@@ -18,124 +19,60 @@ pub enum TrainError {
     NoGpu,
     /// Views of another split than they are to be used for.
     #[error("views of split {got:?} given as {expected:?}")]
-    Split {
-        /// Split of the views.
-        got: Split,
-        /// What they were given as.
-        expected: Split,
-    },
+    Split { got: Split, expected: Split },
     /// Instances that both train and validate.
     #[error(
         "{} of the validation instances are among the training ones (first: {:016x}); split by instance",
         shared.len(), shared.first().map_or(0, |id| id.0)
     )]
-    SharedInstances {
-        /// The instances.
-        shared: Vec<InstanceId>,
-    },
+    SharedInstances { shared: Vec<InstanceId> },
     /// A viewpoint that is NaN or infinite.
     #[error("view {view} of the {split:?} views has a viewpoint that is not finite")]
-    Viewpoint {
-        /// Split of the views.
-        split: Split,
-        /// Index of the view.
-        view: usize,
-    },
+    Viewpoint { split: Split, view: usize },
     /// A view without what the viewpoint-predictive model is trained on.
     #[error(
         "view {view} of the {split:?} views has no sighting: the viewpoint-predictive model is trained on odometry; \
          set views.odometry in the scene"
     )]
-    Sighting {
-        /// Split of the views.
-        split: Split,
-        /// Index of the view.
-        view: usize,
-    },
+    Sighting { split: Split, view: usize },
     /// Crops that tell nothing apart.
     #[error(
         "all crops of the {split:?} views are the same, such as black: look at them, and at what made them"
     )]
-    SameCrops {
-        /// Split of the views.
-        split: Split,
-    },
+    SameCrops { split: Split },
     /// A view of an instance that the set does not list.
     #[error("view {view} of the {split:?} views is of instance {got}, of {instances} listed")]
-    Instance {
-        /// Split of the views.
-        split: Split,
-        /// Index of the view.
-        view: usize,
-        /// Its instance.
-        got: usize,
-        /// Instances in the set.
-        instances: usize,
-    },
+    Instance { split: Split, view: usize, got: usize, instances: usize },
     /// More classes than a latent that is one has numbers.
     #[error("{got} classes, but latent_dim is {latent}: give it at least as many numbers")]
-    Classes {
-        /// Classes of the training instances.
-        got: usize,
-        /// Numbers in the latent.
-        latent: usize,
-    },
+    Classes { got: usize, latent: usize },
     /// Too little to learn from.
     #[error("{got} instances of the {split:?} views have two views or more, expected at least {expected}")]
-    TooFewInstances {
-        /// Split of the views.
-        split: Split,
-        /// Instances with at least two views.
-        got: usize,
-        /// Instances needed.
-        expected: usize,
-    },
+    TooFewInstances { split: Split, got: usize, expected: usize },
     /// Too few validation views to fit the noise of the measurement.
     #[error(
         "{got} validation residuals for {dimension} numbers, expected at least {expected} finite ones; give more validation views"
     )]
-    Calibration {
-        /// Residuals there are.
-        got: usize,
-        /// Numbers in a residual.
-        dimension: usize,
-        /// Residuals needed.
-        expected: usize,
-    },
+    Calibration { got: usize, dimension: usize, expected: usize },
     /// The loss is NaN or infinite.
     #[error("the loss of stage {stage} is {loss} at step {step}; lower the learning rate (log: {log:?})")]
     NonFiniteLoss {
-        /// The stage.
         stage: Stage,
         /// The step; one more than the stage has where its last step broke the weights.
         step: usize,
-        /// The loss.
         loss: f64,
         /// Where the curve up to this step is.
         log: PathBuf,
     },
     /// The progress callback asked to stop. The last checkpoint stays, and training goes on from it.
     #[error("stopped in stage {stage} at step {step}")]
-    Stopped {
-        /// The stage.
-        stage: Stage,
-        /// The step.
-        step: usize,
-    },
+    Stopped { stage: Stage, step: usize },
     /// The folder holds a finished model.
     #[error("{path:?} exists; train into another folder, or remove it")]
-    AlreadyTrained {
-        /// Its manifest.
-        path: PathBuf,
-    },
+    AlreadyTrained { path: PathBuf },
     /// A file that cannot be written.
     #[error("cannot write {path:?}: {reason}")]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
+    Write { path: PathBuf, reason: String },
     /// The exported model does not load here, which is a fault of this crate.
     #[error("the exported model does not load: {0}")]
     Export(ModelError),

@@ -73,7 +73,7 @@ pub struct Training<'a> {
     pub device: &'a TrainingDevice,
 }
 
-/// Trains a model and writes its folder: see [`ViewpointModel::load`](crate::ViewpointModel::load).
+/// Trains a model and writes its folder: see [`Model::load`](crate::Model::load).
 ///
 /// Same views, spec, seed and machine give the same loss curve on the CPU, whatever the number of threads and whether or not the
 /// training was killed between: it goes on from the folder's last checkpoint. `progress` is told of every step, and may ask

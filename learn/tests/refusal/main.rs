@@ -11,12 +11,11 @@ use prost::Message;
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::tiny_model;
+use support::{tiny_model, viewpoint_model};
 use tempfile::TempDir;
 use tract_onnx::pb::{ModelProto, NodeProto};
 use vantage_learn::{
-    CANARY, EmbeddingModel, GraphError, INSTANCE_LIST, Kind, LARGEST_FILE, MANIFEST, ModelError,
-    PredictiveModel, Role, ViewpointModel,
+    CANARY, GraphError, INSTANCE_LIST, Kind, LARGEST_FILE, MANIFEST, Model, ModelError, Role,
 };
 
 fn copied() -> TempDir {
@@ -33,7 +32,7 @@ fn files() -> Vec<String> {
 }
 
 fn error(folder: &TempDir) -> ModelError {
-    ViewpointModel::load(folder.path()).unwrap_err()
+    Model::load(folder.path()).unwrap_err()
 }
 
 /// The error of a folder whose graph of a role was changed.
@@ -75,7 +74,7 @@ fn sha256(bytes: &[u8]) -> String {
 
 #[test]
 fn an_unchanged_copy_loads() {
-    ViewpointModel::load(copied().path()).unwrap();
+    viewpoint_model(copied().path());
 }
 
 #[test]
@@ -86,7 +85,7 @@ fn any_missing_file_is_named() {
         let error = error(&folder);
         assert!(matches!(&error, ModelError::Read { path, .. } if path.ends_with(&file)), "{error}");
     }
-    assert!(matches!(ViewpointModel::load(Path::new("no/such/folder")), Err(ModelError::Read { .. })));
+    assert!(matches!(Model::load(Path::new("no/such/folder")), Err(ModelError::Read { .. })));
 }
 
 #[test]
@@ -194,14 +193,6 @@ fn a_manifest_that_does_not_parse_is_refused_with_line_and_column() {
 }
 
 #[test]
-fn a_model_of_another_kind_is_refused_by_a_use_that_needs_this_one() {
-    let refused = PredictiveModel::load(&tiny_model()).unwrap_err();
-    let ModelError::Kind { got, expected, .. } = refused else { panic!("{refused}") };
-    assert_eq!((got, expected), (Kind::ViewpointDependent, Kind::ViewpointPredictive));
-    assert!(matches!(EmbeddingModel::load(&tiny_model()), Err(ModelError::Kind { .. })));
-}
-
-#[test]
 fn a_list_of_instances_that_cannot_be_read_is_refused() {
     let folder = copied();
     let list = "0123456789abcdef\n0123\n";
@@ -290,7 +281,7 @@ fn any_damaged_byte_is_noticed() {
             let mut bytes = whole.clone();
             bytes[part] ^= 0x15;
             fs::write(folder.path().join(&file), bytes).unwrap();
-            assert!(ViewpointModel::load(folder.path()).is_err(), "{file} at {part}");
+            assert!(Model::load(folder.path()).is_err(), "{file} at {part}");
         }
     }
 }

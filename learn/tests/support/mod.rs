@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use vantage_dataset::{Seed, Split, ViewSet};
-use vantage_learn::{Progress, TrainError, Training, TrainingDevice, TrainingSpec, train};
+use vantage_learn::{
+    Model, Progress, TrainError, Training, TrainingDevice, TrainingSpec, ViewpointModel, train,
+};
 
 pub fn tiny_spec() -> TrainingSpec {
     TrainingSpec {
@@ -73,4 +75,12 @@ pub fn tiny_model() -> PathBuf {
         folder
     });
     folder.path().to_owned()
+}
+
+/// The viewpoint-dependent model in a folder.
+pub fn viewpoint_model(folder: &Path) -> ViewpointModel {
+    match Model::load(folder).unwrap() {
+        Model::ViewpointDependent(model) => model,
+        other => panic!("another kind of model: {other:?}"),
+    }
 }

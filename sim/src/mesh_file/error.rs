@@ -14,6 +14,7 @@ pub struct MeshFileError {
 
 /// What is wrong with a mesh file.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum MeshFault {
     /// The system does not give it.
     #[error("cannot be read: {0}")]
@@ -29,40 +30,20 @@ pub enum MeshFault {
     NoMeshInFolder,
     /// Larger than any sensible mesh.
     #[error("`{name}` has {bytes} bytes; at most {limit} of a mesh and all it names are read: simplify it")]
-    FileTooLarge {
-        /// The file, as it was named.
-        name: String,
-        /// Its size.
-        bytes: u64,
-        /// The limit.
-        limit: u64,
-    },
+    FileTooLarge { name: String, bytes: u64, limit: u64 },
     /// More than a renderer can take.
     #[error("got {got} {what}, at most {limit} are read; simplify the mesh")]
-    TooMany {
-        /// Of what.
-        what: &'static str,
-        /// How many.
-        got: usize,
-        /// The limit.
-        limit: usize,
-    },
+    TooMany { what: &'static str, got: usize, limit: usize },
     /// All meshes of a scene together.
     #[error(
         "with this one the scene's meshes take {bytes} bytes of memory, at most {limit} are held; use fewer"
     )]
-    SceneTooLarge {
-        /// The estimate.
-        bytes: usize,
-        /// The limit.
-        limit: usize,
-    },
+    SceneTooLarge { bytes: usize, limit: usize },
     /// It names a file that is not there.
     #[error("names the file `{name}`, which cannot be read: {source}; put it beside the mesh")]
     MissingFile {
         /// As it was named.
         name: String,
-        /// What the system said.
         source: std::io::Error,
     },
     /// It names a file somewhere else.
@@ -75,12 +56,7 @@ pub enum MeshFault {
     },
     /// The text or its structure is broken.
     #[error("`{name}` is not valid: {reason}")]
-    Syntax {
-        /// The file.
-        name: String,
-        /// The reader's reason.
-        reason: String,
-    },
+    Syntax { name: String, reason: String },
     /// Geometry or a look that only an extension could read.
     #[error("uses the glTF extension {0}, which is not read; export the mesh without it")]
     Extension(String),
@@ -89,14 +65,7 @@ pub enum MeshFault {
     Unsupported(&'static str, &'static str),
     /// A reference to something that is not there.
     #[error("an index of {what} is out of range: got {got}, expected less than {len}")]
-    Index {
-        /// Of what.
-        what: &'static str,
-        /// The index.
-        got: u64,
-        /// How many there are.
-        len: usize,
-    },
+    Index { what: &'static str, got: u64, len: usize },
     /// NaN, infinite or absurdly large.
     #[error("a {0} is not finite or absurdly large")]
     NotFinite(&'static str),
@@ -116,7 +85,6 @@ pub enum MeshFault {
         range[0], range[1]
     )]
     Size {
-        /// Metres.
         extent: f64,
         /// As the scene states it.
         metres_per_unit: f64,
@@ -125,12 +93,7 @@ pub enum MeshFault {
     },
     /// An image that cannot be decoded.
     #[error("the image `{name}` is not valid: {reason}")]
-    Image {
-        /// The file, or the image's number in the file.
-        name: String,
-        /// The decoder's reason.
-        reason: String,
-    },
+    Image { name: String, reason: String },
     /// A texture that nothing maps to the surface.
     #[error("the material `{0}` has a texture, but its surface has no texture coordinates")]
     NoTextureCoordinates(String),

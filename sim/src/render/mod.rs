@@ -168,41 +168,21 @@ pub trait Renderer: Send {
 
 /// Why rendering failed.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum RenderError {
     /// No Vulkan driver was found.
     #[error(
         "no Vulkan adapter found ({detail}); install a driver, for example `apt-get install mesa-vulkan-drivers` \
          for lavapipe, or use `--renderer reference`"
     )]
-    NoAdapter {
-        /// What the loader said.
-        detail: String,
-    },
+    NoAdapter { detail: String },
     /// The camera cannot take an image.
     #[error(
         "cannot render {width}x{height} pixels with fx {fx}, fy {fy}, cx {cx}, cy {cy}: expected sides of 1 to {MAX_SIDE} \
          pixels, positive focal lengths, and finite numbers in intrinsics and pose"
     )]
-    Shot {
-        /// Width asked for.
-        width: u32,
-        /// Height asked for.
-        height: u32,
-        /// Focal length along x.
-        fx: f64,
-        /// Focal length along y.
-        fy: f64,
-        /// Principal point, x.
-        cx: f64,
-        /// Principal point, y.
-        cy: f64,
-    },
+    Shot { width: u32, height: u32, fx: f64, fy: f64, cx: f64, cy: f64 },
     /// The device failed while rendering.
     #[error("the graphics device `{adapter}` failed: {detail}")]
-    Device {
-        /// The adapter.
-        adapter: String,
-        /// What it said.
-        detail: String,
-    },
+    Device { adapter: String, detail: String },
 }

@@ -1,9 +1,9 @@
 //! `world.surface.furniture`: pieces along the world's axes.
 
-use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 
 /// A piece of furniture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]

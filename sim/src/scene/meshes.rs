@@ -1,10 +1,10 @@
 //! `world.meshes`: objects from files.
 
-use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use vantage_dataset::rule::not_nan;
 use vantage_dataset::{Split, Symmetry};
 
 /// A mesh, or a folder of meshes, each of which is one object.

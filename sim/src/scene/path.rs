@@ -1,9 +1,10 @@
 //! `robot.path`: where the robot goes, or where images are taken.
 
-use crate::scene::rule::{Interval, interval_within, not_nan};
+use crate::scene::rule::{Interval, interval_within};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 
 /// Where the robot goes. Circles, rectangles and lawnmowers are centred on the world's origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]

@@ -1,10 +1,10 @@
 //! `robot`: the path, and where the camera is mounted.
 
 use crate::scene::path::PathSpec;
-use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 
 /// The robot's path and camera mount.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]

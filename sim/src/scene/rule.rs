@@ -20,11 +20,6 @@ impl Interval {
     }
 }
 
-/// Refuses NaN, which YAML can write and which passes `range`.
-pub fn not_nan(value: &f64, _: &()) -> garde::Result {
-    if value.is_nan() { Err(garde::Error::new("got NaN, expected a number")) } else { Ok(()) }
-}
-
 /// An interval inside `low..=high` whose ends are in order.
 pub fn interval_within(low: f64, high: f64) -> impl Fn(&Interval, &()) -> garde::Result {
     move |interval, ()| {

@@ -1,10 +1,10 @@
 //! `sensors`: camera, detector and odometry.
 
-use crate::scene::rule::not_nan;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::Camera;
+use vantage_dataset::rule::not_nan;
 
 /// Greatest width and height of an image, pixels.
 pub const MAX_SIDE: u32 = 4096;

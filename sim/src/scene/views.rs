@@ -1,11 +1,12 @@
 //! `views`: the pictures of single objects that the model is trained on.
 
-use crate::scene::rule::{Interval, interval_within, not_nan};
+use crate::scene::rule::{Interval, interval_within};
 use crate::scene::sensors::OdometrySpec;
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::Split;
+use vantage_dataset::rule::not_nan;
 
 /// Pictures of single objects with known viewpoints, for training and calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]

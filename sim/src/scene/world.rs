@@ -3,10 +3,11 @@
 use crate::scene::family::Family;
 use crate::scene::furniture::PieceSpec;
 use crate::scene::meshes::{FixtureSpec, MeshSpec};
-use crate::scene::rule::{Interval, interval_within, not_nan};
+use crate::scene::rule::{Interval, interval_within};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::not_nan;
 
 /// What there is to see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]

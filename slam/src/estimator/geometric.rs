@@ -13,7 +13,7 @@ use crate::sighting::sightings;
 use crate::solve::Outcome;
 use vantage_dataset::Observations;
 
-/// The motion model of Eq. 4 and the geometric measurements of Eq. 6.
+/// The motion model of Eq. 3 and the geometric measurements of Eq. 6.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometric {
     pub(super) solver: SolverSettings,

@@ -11,7 +11,7 @@ use crate::settings::{Settings, SolverSettings};
 use std::collections::BTreeMap;
 use vantage_dataset::Observations;
 
-/// The motion model of Eq. 4 alone.
+/// The motion model of Eq. 3 alone.
 #[derive(Clone, Copy, Debug)]
 pub struct OdometryOnly {
     solver: SolverSettings,

@@ -1,4 +1,4 @@
-//! Odometry between two robot poses: the motion model of Eq. 4.
+//! Odometry between two robot poses: the motion model of Eq. 3.
 
 use super::{Factor, LinearFactor, dynamic_matrix, dynamic_vector, finite};
 use crate::se3_jacobian::right_jacobian_inverse;

@@ -151,25 +151,16 @@ fn movements_lead_where_the_robot_would_go() {
     assert_eq!(after(1, 0, Movement::RotateCw), Some(step(1, 11)));
     assert_eq!(scan.movements.after(1000, Movement::Forward), None);
 
-    let detections = &scan.episode.observations.detections;
+    let robots = &scan.episode.truth.world_from_robot;
     let mut linked = 0;
-    for track in 0..3 {
-        for pair in scan.movements.pairs(&scan.episode, track) {
-            let [before, after] = [pair.before, pair.after].map(|index| &detections[index]);
-            assert_eq!((before.track, after.track), (track, track));
-            assert_eq!(scan.movements.after(before.step, pair.movement), Some(after.step));
-            let motion = pair.robot_from_robot;
-            let turned = (motion.rotation.angle().to_degrees() - 30.0).abs() < 1e-6;
-            let moved = (motion.translation.vector.norm() - GRID).abs() < 1e-9;
-            assert_eq!(
-                (turned, moved),
-                match pair.movement {
-                    Movement::RotateCcw | Movement::RotateCw => (true, false),
-                    _ => (false, true),
-                }
-            );
-            linked += 1;
-        }
+    for (before, movement) in (0..48).flat_map(|step| Movement::ALL.map(|movement| (step, movement))) {
+        let Some(after) = scan.movements.after(before, movement) else { continue };
+        let motion = robots[before].inv_mul(&robots[after]);
+        let turned = (motion.rotation.angle().to_degrees() - 30.0).abs() < 1e-6;
+        let moved = (motion.translation.vector.norm() - GRID).abs() < 1e-9;
+        let turns = matches!(movement, Movement::RotateCcw | Movement::RotateCw);
+        assert_eq!((turned, moved), (turns, !turns), "{before} {movement:?}");
+        linked += 1;
     }
     assert!(linked > 60, "{linked}");
 }

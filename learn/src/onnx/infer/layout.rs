@@ -10,14 +10,13 @@ use tract_onnx::pb::tensor_proto::DataType;
 /// Types that a `Cast` makes.
 const CAST_TO: [DataType; 3] = [DataType::Float, DataType::Int32, DataType::Int64];
 
-pub(super) fn constant(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(0..=0)?;
+pub(super) fn constant(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let [attribute] = &node.proto.attribute[..] else {
         return Err(node.fault("the number of attributes", node.proto.attribute.len(), 1));
     };
     let of_reals = |shape| Tensor { stored: true, ..Tensor::new(DataType::Float, shape) };
     let kind = AttributeType::try_from(attribute.r#type).unwrap_or(AttributeType::Undefined);
-    Ok(match (&*attribute.name, kind, &attribute.t) {
+    let made = match (&*attribute.name, kind, &attribute.t) {
         ("value", AttributeType::Tensor, Some(weight)) => Tensor::weight(weight),
         ("value_int", AttributeType::Int, _) => Tensor::of_integers(Vec::new(), &[attribute.i]),
         ("value_ints", AttributeType::Ints, _) => {
@@ -33,16 +32,15 @@ pub(super) fn constant(node: &Node) -> Result<Tensor, GraphError> {
                 "value, value_int, value_ints, value_float or value_floats",
             ));
         }
-    })
+    };
+    Ok(vec![made])
 }
 
-pub(super) fn identity(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
-    node.operand(0).cloned()
+pub(super) fn identity(node: &Node) -> Result<Vec<Tensor>, GraphError> {
+    Ok(vec![node.operand(0)?.clone()])
 }
 
-pub(super) fn cast(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn cast(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.operand(0)?;
     let to = node.integer("to").and_then(|to| DataType::try_from(i32::try_from(to).ok()?).ok());
     match to.filter(|to| CAST_TO.contains(to)) {
@@ -54,8 +52,7 @@ pub(super) fn cast(node: &Node) -> Result<Tensor, GraphError> {
     }
 }
 
-pub(super) fn concat(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=MOST_OPERANDS)?;
+pub(super) fn concat(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let first = node.operand(0)?;
     let axis = node.integer("axis").ok_or_else(|| node.fault("axis", "missing", "an axis"))?;
     let axis = node.axis("axis", axis, first.shape.len())?;
@@ -75,8 +72,7 @@ pub(super) fn concat(node: &Node) -> Result<Tensor, GraphError> {
     node.made(first.kind, shape)
 }
 
-pub(super) fn flatten(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn flatten(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.operand(0)?;
     let (axis, rank) = (node.integer("axis").unwrap_or(1), x.shape.len());
     let at = if axis == rank as i64 { rank } else { node.axis("axis", axis, rank)? };
@@ -84,8 +80,7 @@ pub(super) fn flatten(node: &Node) -> Result<Tensor, GraphError> {
     node.made(x.kind, vec![volume(rows), volume(columns)])
 }
 
-pub(super) fn gather(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=2)?;
+pub(super) fn gather(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let (x, indices) = (node.operand(0)?, node.indices(1)?);
     let axis = node.axis("axis", node.integer("axis").unwrap_or(0), x.shape.len())?;
     let side = x.shape[axis] as i64;
@@ -97,8 +92,8 @@ pub(super) fn gather(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// Pads are not negative; those of a reflection are less than the side.
-pub(super) fn pad(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=if node.opset >= 18 { 4 } else { 3 })?;
+pub(super) fn pad(node: &Node) -> Result<Vec<Tensor>, GraphError> {
+    node.takes(&(2..=if node.opset >= 18 { 4 } else { 3 }))?;
     let (x, pads) = (node.real(0)?, node.listed(1)?);
     let rank = x.shape.len();
     let axes = match node.optional(3) {
@@ -129,8 +124,7 @@ pub(super) fn pad(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// 0 stands for the operand's side, -1 for whatever is left.
-pub(super) fn reshape(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=2)?;
+pub(super) fn reshape(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let (x, sides) = (node.operand(0)?, node.listed(1)?);
     let kept = !node.flag("allowzero", false)?;
     let unfit = || {
@@ -155,8 +149,7 @@ pub(super) fn reshape(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// As NumPy's `x[start:end:step]` along some axes.
-pub(super) fn slice(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(3..=5)?;
+pub(super) fn slice(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let (x, starts, ends) = (node.operand(0)?, node.listed(1)?, node.listed(2)?);
     let rank = x.shape.len();
     let axes = match node.optional(3) {
@@ -195,7 +188,6 @@ pub(super) fn slice(node: &Node) -> Result<Tensor, GraphError> {
 
 /// The sizes are an operand; without it all parts are of one size.
 pub(super) fn split(node: &Node) -> Result<Vec<Tensor>, GraphError> {
-    node.takes(1..=2)?;
     node.lacks("split", "an operand in its place")?;
     let (x, count) = (node.operand(0)?, node.proto.output.len());
     let axis = node.axis("axis", node.integer("axis").unwrap_or(0), x.shape.len())?;
@@ -220,13 +212,12 @@ pub(super) fn split(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let part = |size| {
         let mut shape = x.shape.clone();
         shape[axis] = size;
-        node.made(x.kind, shape)
+        node.tensor(x.kind, shape)
     };
     sizes.into_iter().map(part).collect()
 }
 
-pub(super) fn squeeze(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=2)?;
+pub(super) fn squeeze(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.operand(0)?;
     let axes = match node.optional(1) {
         Some(_) => node.axes("axes", node.listed(1)?, x.shape.len())?,
@@ -243,8 +234,7 @@ pub(super) fn squeeze(node: &Node) -> Result<Tensor, GraphError> {
     node.made(x.kind, kept.collect())
 }
 
-pub(super) fn transpose(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn transpose(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.operand(0)?;
     let rank = x.shape.len();
     let order: Vec<usize> = match node.integers("perm") {
@@ -263,8 +253,7 @@ pub(super) fn transpose(node: &Node) -> Result<Tensor, GraphError> {
     node.made(x.kind, order.into_iter().map(|axis| x.shape[axis]).collect())
 }
 
-pub(super) fn unsqueeze(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=2)?;
+pub(super) fn unsqueeze(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let (x, axes) = (node.operand(0)?, node.listed(1)?);
     let rank = x.shape.len().saturating_add(axes.len());
     let axes = node.axes("axes", axes, rank)?;

@@ -16,7 +16,9 @@ mod window;
 use super::error::GraphError;
 use super::{Signature, TensorSpec};
 use node::Node;
+use pointwise::MOST_OPERANDS;
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use tensor::{Tensor, volume};
 use tract_onnx::pb::GraphProto;
 use tract_onnx::pb::tensor_proto::DataType;
@@ -29,6 +31,78 @@ const MOST_STORED: usize = 256 << 20;
 const MOST_MADE: usize = 256 << 20;
 /// Products that a run may take: a minute's work at worst, and a hundred times what a large network does to a crop.
 const MOST_PRODUCTS: usize = 1 << 36;
+
+/// How many operands an operator takes, and what it makes of them.
+type Operation = (&'static str, RangeInclusive<usize>, fn(&Node) -> Result<Vec<Tensor>, GraphError>);
+
+const OPERATIONS: [Operation; 54] = [
+    ("Abs", 1..=1, pointwise::single),
+    ("Add", 2..=2, pointwise::pair),
+    ("AveragePool", 1..=1, window::pool),
+    ("BatchNormalization", 5..=5, rows::batch_normalization),
+    ("Cast", 1..=1, layout::cast),
+    ("Clip", 1..=3, pointwise::clip),
+    ("Concat", 1..=MOST_OPERANDS, layout::concat),
+    ("Constant", 0..=0, layout::constant),
+    ("Conv", 2..=3, window::conv),
+    ("ConvTranspose", 2..=3, window::conv_transpose),
+    ("Cos", 1..=1, pointwise::single),
+    ("Div", 2..=2, pointwise::pair),
+    ("Elu", 1..=1, pointwise::single),
+    ("Erf", 1..=1, pointwise::single),
+    ("Exp", 1..=1, pointwise::single),
+    ("Flatten", 1..=1, layout::flatten),
+    ("Gather", 2..=2, layout::gather),
+    ("Gemm", 2..=3, product::gemm),
+    ("GlobalAveragePool", 1..=1, window::global_pool),
+    ("GlobalMaxPool", 1..=1, window::global_pool),
+    ("HardSigmoid", 1..=1, pointwise::single),
+    ("HardSwish", 1..=1, pointwise::single),
+    ("Identity", 1..=1, layout::identity),
+    ("InstanceNormalization", 3..=3, rows::instance_normalization),
+    ("LayerNormalization", 2..=3, rows::layer_normalization),
+    ("LeakyRelu", 1..=1, pointwise::single),
+    ("Log", 1..=1, pointwise::single),
+    ("MatMul", 2..=2, product::matmul),
+    ("Max", 1..=MOST_OPERANDS, pointwise::several),
+    ("MaxPool", 1..=1, window::pool),
+    ("Min", 1..=MOST_OPERANDS, pointwise::several),
+    ("Mul", 2..=2, pointwise::pair),
+    ("Neg", 1..=1, pointwise::single),
+    ("PRelu", 2..=2, pointwise::prelu),
+    ("Pad", 2..=4, layout::pad),
+    ("Pow", 2..=2, pointwise::pair),
+    ("Reciprocal", 1..=1, pointwise::single),
+    ("ReduceMean", 1..=2, rows::reduce),
+    ("ReduceSum", 1..=2, rows::reduce),
+    ("Relu", 1..=1, pointwise::single),
+    ("Reshape", 2..=2, layout::reshape),
+    ("Sigmoid", 1..=1, pointwise::single),
+    ("Sign", 1..=1, pointwise::single),
+    ("Sin", 1..=1, pointwise::single),
+    ("Slice", 3..=5, layout::slice),
+    ("Softmax", 1..=1, rows::softmax),
+    ("Softplus", 1..=1, pointwise::single),
+    ("Split", 1..=2, layout::split),
+    ("Sqrt", 1..=1, pointwise::single),
+    ("Squeeze", 1..=2, layout::squeeze),
+    ("Sub", 2..=2, pointwise::pair),
+    ("Tanh", 1..=1, pointwise::single),
+    ("Transpose", 1..=1, layout::transpose),
+    ("Unsqueeze", 2..=2, layout::unsqueeze),
+];
+
+/// Operators a model may use: those of feed-forward networks. None repeats, loops or draws at random, and of each the shape of what
+/// it makes is known before a run.
+pub const OPERATORS: [&str; OPERATIONS.len()] = {
+    let mut names = [""; OPERATIONS.len()];
+    let mut index = 0;
+    while index < names.len() {
+        names[index] = OPERATIONS[index].0;
+        index += 1;
+    }
+    names
+};
 
 /// Checks all nodes of a graph whose weights, inputs and names are checked.
 pub(super) fn check_shapes(graph: &GraphProto, opset: i64, signature: &Signature) -> Result<(), GraphError> {
@@ -55,38 +129,11 @@ pub(super) fn check_shapes(graph: &GraphProto, opset: i64, signature: &Signature
 
 /// What a node makes.
 fn results(node: &Node) -> Result<Vec<Tensor>, GraphError> {
-    let one = match node.operator() {
-        "Constant" => layout::constant(node),
-        "Identity" => layout::identity(node),
-        "Cast" => layout::cast(node),
-        "Concat" => layout::concat(node),
-        "Flatten" => layout::flatten(node),
-        "Gather" => layout::gather(node),
-        "Pad" => layout::pad(node),
-        "Reshape" => layout::reshape(node),
-        "Slice" => layout::slice(node),
-        "Split" => return layout::split(node),
-        "Squeeze" => layout::squeeze(node),
-        "Transpose" => layout::transpose(node),
-        "Unsqueeze" => layout::unsqueeze(node),
-        "Add" | "Div" | "Mul" | "Pow" | "Sub" => pointwise::pair(node),
-        "Max" | "Min" => pointwise::several(node),
-        "Clip" => pointwise::clip(node),
-        "PRelu" => pointwise::prelu(node),
-        "Gemm" => product::gemm(node),
-        "MatMul" => product::matmul(node),
-        "Conv" => window::conv(node),
-        "ConvTranspose" => window::conv_transpose(node),
-        "AveragePool" | "MaxPool" => window::pool(node),
-        "GlobalAveragePool" | "GlobalMaxPool" => window::global_pool(node),
-        "BatchNormalization" => rows::batch_normalization(node),
-        "InstanceNormalization" => rows::instance_normalization(node),
-        "LayerNormalization" => rows::layer_normalization(node),
-        "ReduceMean" | "ReduceSum" => rows::reduce(node),
-        "Softmax" => rows::softmax(node),
-        _ => pointwise::single(node),
-    };
-    Ok(vec![one?])
+    let operation = OPERATIONS.iter().find(|(name, ..)| *name == node.operator());
+    let (_, operands, made) =
+        operation.ok_or_else(|| node.fault("the operator", "unknown", "a known one"))?;
+    node.takes(operands)?;
+    made(node)
 }
 
 /// What the nodes so far take to compute.

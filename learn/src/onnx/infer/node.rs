@@ -97,7 +97,7 @@ impl<'a> Node<'a> {
     }
 
     /// Checks how many operands there are.
-    pub(super) fn takes(&self, expected: RangeInclusive<usize>) -> Result<(), GraphError> {
+    pub(super) fn takes(&self, expected: &RangeInclusive<usize>) -> Result<(), GraphError> {
         let got = self.operands.len();
         if expected.contains(&got) {
             return Ok(());
@@ -212,8 +212,13 @@ impl<'a> Node<'a> {
         Ok(found)
     }
 
+    /// [`Node::tensor`] as the one result.
+    pub(super) fn made(&self, kind: DataType, shape: Vec<usize>) -> Result<Vec<Tensor>, GraphError> {
+        Ok(vec![self.tensor(kind, shape)?])
+    }
+
     /// A tensor of a shape without an empty side, and not of too many axes.
-    pub(super) fn made(&self, kind: DataType, shape: Vec<usize>) -> Result<Tensor, GraphError> {
+    pub(super) fn tensor(&self, kind: DataType, shape: Vec<usize>) -> Result<Tensor, GraphError> {
         if shape.len() > MOST_AXES {
             return Err(self.fault(
                 "the result",

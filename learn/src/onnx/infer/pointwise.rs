@@ -9,20 +9,17 @@ use tract_onnx::pb::tensor_proto::DataType;
 pub(super) const MOST_OPERANDS: usize = 256;
 
 /// A function of one operand.
-pub(super) fn single(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn single(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     node.made(DataType::Float, node.real(0)?.shape.clone())
 }
 
 /// A function of two operands.
-pub(super) fn pair(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=2)?;
+pub(super) fn pair(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     node.made(DataType::Float, broadcast(node, &[&node.real(0)?.shape, &node.real(1)?.shape])?)
 }
 
 /// The greatest or least of operands.
-pub(super) fn several(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=MOST_OPERANDS)?;
+pub(super) fn several(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let mut shape = node.real(0)?.shape.clone();
     for index in 1..node.operands().count() {
         shape = broadcast(node, &[&shape, &node.real(index)?.shape])?;
@@ -31,8 +28,7 @@ pub(super) fn several(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// Bounds are single numbers.
-pub(super) fn clip(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=3)?;
+pub(super) fn clip(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.real(0)?;
     for index in [1, 2].into_iter().filter(|&index| node.optional(index).is_some()) {
         let bound = &node.real(index)?.shape;
@@ -45,8 +41,7 @@ pub(super) fn clip(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// The slope is repeated along the axes of the operand, not the other way round.
-pub(super) fn prelu(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=2)?;
+pub(super) fn prelu(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let (x, slope) = (&node.real(0)?.shape, &node.real(1)?.shape);
     repeated(node, "slope", slope, x)?;
     node.made(DataType::Float, x.clone())

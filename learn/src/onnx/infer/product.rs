@@ -7,8 +7,7 @@ use crate::onnx::error::GraphError;
 use tract_onnx::pb::tensor_proto::DataType;
 
 /// `A B`, as NumPy's `matmul`: of the last two axes, over all others; a vector is a row on the left and a column on the right.
-pub(super) fn matmul(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=2)?;
+pub(super) fn matmul(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let (a, b) = (&node.real(0)?.shape, &node.real(1)?.shape);
     if a.is_empty() || b.is_empty() || a.len() + b.len() == 2 {
         return Err(node.fault(
@@ -35,8 +34,7 @@ pub(super) fn matmul(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// `alpha A B + beta C`, each of two axes, `C` repeated.
-pub(super) fn gemm(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=3)?;
+pub(super) fn gemm(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let matrix = |index: usize, transposed: &str| {
         let shape = &node.real(index)?.shape;
         match (&shape[..], node.flag(transposed, false)?) {

@@ -7,9 +7,9 @@ use crate::onnx::error::GraphError;
 use tract_onnx::pb::tensor_proto::DataType;
 
 /// The axes are an attribute, or an operand: of sums from opset 13, of means from 18.
-pub(super) fn reduce(node: &Node) -> Result<Tensor, GraphError> {
+pub(super) fn reduce(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let as_operand = node.operator() == "ReduceSum" || node.opset >= 18;
-    node.takes(1..=if as_operand { 2 } else { 1 })?;
+    node.takes(&(1..=if as_operand { 2 } else { 1 }))?;
     let x = node.real(0)?;
     let rank = x.shape.len();
     let axes = if as_operand {
@@ -36,16 +36,14 @@ pub(super) fn reduce(node: &Node) -> Result<Tensor, GraphError> {
     node.made(DataType::Float, x.shape.iter().enumerate().filter_map(side).collect())
 }
 
-pub(super) fn softmax(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn softmax(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.real(0)?;
     node.axis("axis", node.integer("axis").unwrap_or(-1), x.shape.len())?;
     node.made(DataType::Float, x.shape.clone())
 }
 
 /// Four weights for each channel, the second axis: scale, shift, mean and variance.
-pub(super) fn batch_normalization(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(5..=5)?;
+pub(super) fn batch_normalization(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     if node.flag("training_mode", false)? {
         return Err(node.fault("training_mode", 1, "0: export the model for evaluation"));
     }
@@ -61,8 +59,7 @@ pub(super) fn batch_normalization(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// Scale and shift of each channel, the second axis.
-pub(super) fn instance_normalization(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(3..=3)?;
+pub(super) fn instance_normalization(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.real(0)?;
     let channels = channels(node, x, 3)?;
     of_channels(node, 1, channels)?;
@@ -70,8 +67,7 @@ pub(super) fn instance_normalization(node: &Node) -> Result<Tensor, GraphError> 
     node.made(DataType::Float, x.shape.clone())
 }
 
-pub(super) fn layer_normalization(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(2..=3)?;
+pub(super) fn layer_normalization(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.real(0)?;
     node.axis("axis", node.integer("axis").unwrap_or(-1), x.shape.len())?;
     repeated(node, "scale", &node.real(1)?.shape, &x.shape)?;

@@ -73,7 +73,7 @@ impl Windows {
 }
 
 /// A kernel `[outputs, inputs / group, sides ..]` over `[n, inputs, sides ..]`.
-pub(super) fn conv(node: &Node) -> Result<Tensor, GraphError> {
+pub(super) fn conv(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let ([n, inputs], sides, kernel, group) = convolved(node)?;
     let (outputs, of_group) = (kernel[0], kernel[1]);
     if group * of_group != inputs || !outputs.is_multiple_of(group) {
@@ -92,7 +92,7 @@ pub(super) fn conv(node: &Node) -> Result<Tensor, GraphError> {
 }
 
 /// A kernel `[inputs, outputs / group, sides ..]` over `[n, inputs, sides ..]`.
-pub(super) fn conv_transpose(node: &Node) -> Result<Tensor, GraphError> {
+pub(super) fn conv_transpose(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     node.lacks("output_shape", "pads and output_padding")?;
     let ([n, inputs], sides, kernel, group) = convolved(node)?;
     if kernel[0] != inputs || !inputs.is_multiple_of(group) {
@@ -136,8 +136,7 @@ pub(super) fn conv_transpose(node: &Node) -> Result<Tensor, GraphError> {
     node.made(DataType::Float, [&[n, outputs][..], &made].concat())
 }
 
-pub(super) fn pool(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn pool(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.real(0)?;
     let ([n, channels], sides) = image(node, x)?;
     if node.attribute("kernel_shape").is_none() {
@@ -162,8 +161,7 @@ pub(super) fn pool(node: &Node) -> Result<Tensor, GraphError> {
     node.made(DataType::Float, [&[n, channels][..], &positions].concat())
 }
 
-pub(super) fn global_pool(node: &Node) -> Result<Tensor, GraphError> {
-    node.takes(1..=1)?;
+pub(super) fn global_pool(node: &Node) -> Result<Vec<Tensor>, GraphError> {
     let x = node.real(0)?;
     let ([n, channels], sides) = image(node, x)?;
     node.made(DataType::Float, [vec![n, channels], vec![1; sides.len()]].concat())
@@ -173,7 +171,6 @@ type Convolved<'a> = ([usize; 2], &'a [usize], &'a [usize], usize);
 
 /// Batch and channels of an image, its sides, the kernel's shape, groups.
 fn convolved<'a>(node: &Node<'a>) -> Result<Convolved<'a>, GraphError> {
-    node.takes(2..=3)?;
     let (x, kernel) = (node.real(0)?, &node.real(1)?.shape);
     let (head, sides) = image(node, x)?;
     if kernel.len() != x.shape.len() || kernel.contains(&0) || kernel[2..].iter().any(|&side| side > MOST) {

@@ -18,7 +18,7 @@ fn shape(stream: &mut Stream, rank: usize) -> Vec<usize> {
     (0..rank).map(|_| pick(stream, &[1, 1, 2, 3, 4, 4, 6, 8, 9])).collect()
 }
 
-fn list(stream: &mut Stream, count: usize, from: &[i64]) -> Vec<i64> {
+fn integers(stream: &mut Stream, count: usize, from: &[i64]) -> Vec<i64> {
     (0..count).map(|_| pick(stream, from)).collect()
 }
 
@@ -51,7 +51,7 @@ fn drawn(operator: &'static str, x: &[usize], stream: &mut Stream) -> Drawn {
     match operator {
         "Conv" | "ConvTranspose" | "AveragePool" | "MaxPool" => {
             let sides = rank.saturating_sub(2).max(1);
-            let kernel = list(stream, sides, &[1, 1, 2, 3, 3, 5]);
+            let kernel = integers(stream, sides, &[1, 1, 2, 3, 3, 5]);
             let pooled = operator.ends_with("Pool");
             let channels = x.get(1).copied().unwrap_or(1);
             let group = pick(stream, &[1, 1, 1, 2, channels as i64]);
@@ -71,7 +71,7 @@ fn drawn(operator: &'static str, x: &[usize], stream: &mut Stream) -> Drawn {
                     weights.push(vec![outputs]);
                 }
                 maybe(&mut attributes, stream, "output_padding", |stream| {
-                    Value::Many(list(stream, sides, &[0, 0, 1]))
+                    Value::Many(integers(stream, sides, &[0, 0, 1]))
                 });
             }
             if pooled || stream.chance(0.5) {
@@ -79,22 +79,22 @@ fn drawn(operator: &'static str, x: &[usize], stream: &mut Stream) -> Drawn {
             }
             attributes.push(one("group", group));
             maybe(&mut attributes, stream, "strides", |stream| {
-                Value::Many(list(stream, sides, &[1, 1, 2, 3, 7]))
+                Value::Many(integers(stream, sides, &[1, 1, 2, 3, 7]))
             });
             maybe(&mut attributes, stream, "dilations", |stream| {
-                Value::Many(list(stream, sides, &[1, 1, 1, 2, 3]))
+                Value::Many(integers(stream, sides, &[1, 1, 1, 2, 3]))
             });
             if stream.chance(0.3) {
                 let auto = pick(stream, &["SAME_UPPER", "SAME_LOWER", "VALID", "NOTSET"]);
-                attributes.push(text("auto_pad", auto));
+                attributes.push(attribute("auto_pad", &Value::Text(auto.into())));
             } else {
                 maybe(&mut attributes, stream, "pads", |stream| {
-                    Value::Many(list(stream, 2 * sides, &[0, 0, 1, 2, 4]))
+                    Value::Many(integers(stream, 2 * sides, &[0, 0, 1, 2, 4]))
                 });
             }
         }
         "Transpose" => {
-            maybe(&mut attributes, stream, "perm", |stream| Value::Many(list(stream, rank, &AXES[3..])))
+            maybe(&mut attributes, stream, "perm", |stream| Value::Many(integers(stream, rank, &AXES[3..])))
         }
         "Flatten" | "Softmax" => {
             maybe(&mut attributes, stream, "axis", |stream| Value::One(pick(stream, &AXES)))
@@ -106,43 +106,43 @@ fn drawn(operator: &'static str, x: &[usize], stream: &mut Stream) -> Drawn {
         "Gather" => {
             maybe(&mut attributes, stream, "axis", |stream| Value::One(pick(stream, &AXES)));
             let count = pick(stream, &[1, 2, 5]);
-            lists.push(list(stream, count, &SIZES));
+            lists.push(integers(stream, count, &SIZES));
         }
         "Reshape" => {
             let count = pick(stream, &[1, 2, 3, 4, 6]);
             lists.push(match stream.chance(0.5) {
-                true => list(stream, count, &SIZES),
+                true => integers(stream, count, &SIZES),
                 false => x.iter().rev().map(|&side| side as i64).collect(),
             });
         }
         "Squeeze" | "Unsqueeze" | "ReduceSum" => {
             let count = pick(stream, &[0, 1, 1, 2, 3]);
-            lists.push(list(stream, count, &AXES));
+            lists.push(integers(stream, count, &AXES));
             maybe(&mut attributes, stream, "keepdims", |_| Value::One(0));
         }
         "ReduceMean" => {
             let count = pick(stream, &[0, 1, 1, 2]);
-            maybe(&mut attributes, stream, "axes", |stream| Value::Many(list(stream, count, &AXES)));
+            maybe(&mut attributes, stream, "axes", |stream| Value::Many(integers(stream, count, &AXES)));
             maybe(&mut attributes, stream, "keepdims", |_| Value::One(0));
         }
         "Slice" => {
             const ENDS: [i64; 9] = [i64::MIN, -9, -2, -1, 0, 1, 3, 9, i64::MAX];
             let count = pick(stream, &[1, 1, 2]);
-            lists.extend([list(stream, count, &ENDS), list(stream, count, &ENDS)]);
+            lists.extend([integers(stream, count, &ENDS), integers(stream, count, &ENDS)]);
             lists.push((0..count as i64).collect());
-            lists.push(list(stream, count, &[-5, -2, -1, 1, 1, 2, 5]));
+            lists.push(integers(stream, count, &[-5, -2, -1, 1, 1, 2, 5]));
         }
         "Split" => {
             attributes.push(one("axis", pick(stream, &AXES)));
             outputs = pick(stream, &[1, 2, 3]);
             if stream.chance(0.5) {
-                lists.push(list(stream, outputs, &SIZES));
+                lists.push(integers(stream, outputs, &SIZES));
             }
         }
         "Pad" => {
-            lists.push(list(stream, 2 * rank, &[0, 0, 1, 2, 5]));
+            lists.push(integers(stream, 2 * rank, &[0, 0, 1, 2, 5]));
             maybe(&mut attributes, stream, "mode", |stream| {
-                Value::Text(pick(stream, &["edge", "reflect", "constant"]))
+                Value::Text(pick(stream, &["edge", "reflect", "constant"]).into())
             });
         }
         "MatMul" | "Gemm" => {
@@ -175,10 +175,10 @@ fn drawn(operator: &'static str, x: &[usize], stream: &mut Stream) -> Drawn {
 impl Drawn {
     /// The shapes that it makes of `x`.
     fn made(&self, x: &[usize]) -> Result<Vec<Vec<usize>>, GraphError> {
-        let weights = self.weights.iter().map(|shape| W(shape));
-        let lists = self.lists.iter().map(|list| N(list));
-        let operands: Vec<_> = [X(x)].into_iter().chain(weights).chain(lists).collect();
-        made_of(OPSET, self.operator, self.attributes.clone(), &operands, self.outputs)
+        let weights = self.weights.iter().map(|shape| weight(shape));
+        let lists = self.lists.iter().map(|integers| list(integers));
+        let operands: Vec<_> = [input(x)].into_iter().chain(weights).chain(lists).collect();
+        made(OPSET, self.operator, self.attributes.clone(), &operands, self.outputs)
     }
 
     /// Adds it to a graph, as a function of the tensor `x`; its outputs bear the names of [`output`].
