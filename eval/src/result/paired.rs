@@ -1,8 +1,9 @@
 //! Paired differences: a method's score less the reference's on the same seed.
 
+use super::distribution::incomplete_beta;
 use super::metric::{Better, Metric};
 use super::run::Run;
-use super::statistics::Mean;
+use super::statistics::{Mean, quantile};
 use vantage_dataset::Seed;
 
 /// Differences by seed, at least one.
@@ -41,11 +42,27 @@ impl Paired {
         self.differences.iter().filter(|(_, difference)| better(*difference)).count()
     }
 
+    /// Whether seeds agree with the sign of the mean: all of them, or more than a fair coin would bring about (two-sided sign
+    /// test at 5%; seeds without a difference are left out).
+    pub fn seeds_agree(&self) -> bool {
+        let count =
+            |sign: f64| self.differences.iter().filter(|(_, difference)| difference * sign > 0.0).count();
+        let sign = self.mean().map_or(0.0, |mean| mean.mean);
+        let (with, against) = (count(sign), count(-sign));
+        // P(X >= with) of the binomial law with one half
+        against == 0 || incomplete_beta(with as f64, against as f64 + 1.0, 0.5) < 0.025
+    }
+
     /// Rising, equal ones by seed.
     pub fn sorted(&self) -> Vec<(Seed, f64)> {
         let mut sorted = self.differences.clone();
         sorted.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         sorted
+    }
+
+    /// Their median.
+    pub fn median(&self) -> Option<f64> {
+        quantile(&self.sorted().iter().map(|(_, difference)| *difference).collect::<Vec<_>>(), 0.5)
     }
 
     /// The seed in the middle of them, the lower one of two.
@@ -81,7 +98,20 @@ mod tests {
         assert_eq!((paired.seeds(), paired.better()), (3, 2));
         assert_eq!(paired.sorted().iter().map(|(seed, _)| seed.0).collect::<Vec<_>>(), [0, 2, 1]);
         assert_eq!(paired.median_seed(), Some(Seed(2)));
+        assert!((paired.median().unwrap() + 0.1).abs() < 1e-12);
         assert!((paired.mean().unwrap().mean + 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn seeds_agree_where_a_coin_would_not() {
+        let agree = |better: u64, seeds: u64| {
+            let difference = |seed| (Seed(seed), if seed < better { -0.1 } else { 0.01 });
+            Paired { metric: Metric::Ate, differences: (0..seeds).map(difference).collect() }.seeds_agree()
+        };
+        assert!(!agree(21, 40), "P of 21 or more, or 19 or less, is 0.87");
+        assert!(!agree(26, 40) && agree(27, 40), "P is 0.081, then 0.038");
+        assert!(!agree(7, 8) && agree(8, 9), "P is 0.070, then 0.039");
+        assert!(agree(2, 2), "no seed says otherwise");
     }
 
     #[test]

@@ -52,33 +52,34 @@ pub fn latents(latents: &Table, classes: &Table, style: Style) -> String {
     format!("Latents of single views of unseen objects, {}\n{drawn}\n", over(latents))
 }
 
-/// What a method does to the reference's ATE, as far as the interval of the paired differences tells; `None` without one.
+/// What a method does to the reference's ATE, as far as the interval of the paired differences and the seeds' agreement tell;
+/// `None` without an interval.
 pub fn answer(table: &Table, method: &str) -> Option<String> {
     let paired = table.paired(method, Metric::Ate)?;
     let mean = paired.mean()?;
     let (low, high) = mean.interval()?;
     let (reference, metres) = (table.reference()?, |value: f64| Metric::Ate.display(value));
-    let (better, seeds) = (paired.better(), paired.seeds());
-    let counted = format!("{better} of {seeds} seeds are better");
-    Some(match () {
-        () if high < 0.0 => format!(
-            "{method} lowers the mean ATE of {reference} by {} m (95% interval {} to {} m); {counted}.",
-            metres(-mean.mean),
-            metres(-high),
-            metres(-low)
-        ),
-        () if low > 0.0 => format!(
-            "{method} raises the mean ATE of {reference} by {} m (95% interval {} to {} m); {counted}.",
-            metres(mean.mean),
-            metres(low),
-            metres(high)
-        ),
-        () => format!(
+    let counted = format!("{} of {} seeds are better", paired.better(), paired.seeds());
+    if low <= 0.0 && high >= 0.0 {
+        return Some(format!(
             "{method} neither lowers nor raises the mean ATE of {reference} for certain: the 95% interval of the \
              difference, {} to {} m, holds 0; {counted}.",
             metres(low),
             metres(high)
-        ),
+        ));
+    }
+    let (verb, comparative) = if high < 0.0 { ("lowers", "lower") } else { ("raises", "higher") };
+    let (least, most) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
+    let by = metres(mean.mean.abs());
+    let interval = format!("(95% interval {} to {} m)", metres(least), metres(most));
+    Some(if paired.seeds_agree() {
+        format!("{method} {verb} the mean ATE of {reference} by {by} m {interval}; {counted}.")
+    } else {
+        format!(
+            "{method} is not told apart from {reference}: its mean ATE is {by} m {comparative} {interval}, but the seeds \
+             disagree; {counted}, and the median difference is {} m.",
+            metres(paired.median()?)
+        )
     })
 }
 
@@ -93,6 +94,21 @@ mod tests {
     use super::super::table::tests::{METHODS, run, runs, table};
     use super::*;
     use vantage_dataset::Seed;
+
+    /// Trajectories of as many seeds as there are differences of the learned ATE to the reference's.
+    fn differing(differences: &[f64]) -> Table {
+        let seeds: Vec<Seed> = (0..differences.len() as u64).map(Seed).collect();
+        let of = |(&seed, &difference): (&Seed, &f64)| {
+            [1.0, 0.5, 0.5 + difference]
+                .map(|ate| (Metric::Ate, ate))
+                .into_iter()
+                .zip(METHODS)
+                .map(move |(ate, method)| run(method, seed.0, &[ate]))
+                .collect::<Vec<_>>()
+        };
+        let runs = seeds.iter().zip(differences).flat_map(of).collect();
+        Table::new("trajectory", &METHODS, Some(METHODS[1]), &[Metric::Ate], &seeds, runs).unwrap()
+    }
 
     fn widest(text: &str) -> usize {
         text.lines().map(|line| line.chars().count()).max().unwrap_or(0)
@@ -159,5 +175,26 @@ mod tests {
         assert!(open.contains("holds 0") && open.contains("2 of 4 seeds are better"), "{open}");
         assert_eq!(answer(&shifted([0.0; 4]), METHODS[1]), None);
         assert_eq!(answer(&shifted([0.0; 4]).on(&[Seed(1)]), METHODS[2]), None);
+    }
+
+    #[test]
+    fn a_mean_that_few_seeds_make_is_no_gain_and_no_loss() {
+        let few: Vec<f64> = (0..40).map(|seed| [0.0004, -0.0004, -0.0004, 0.0004][seed % 4]).collect();
+        let with = |large: f64, seeds: usize| -> Vec<f64> {
+            few.iter().enumerate().map(|(seed, small)| if seed < seeds { large } else { *small }).collect()
+        };
+        let told = |differences: &[f64]| answer(&differing(differences), METHODS[2]).unwrap();
+        let lower = told(&with(-0.3, 6));
+        assert!(
+            lower.contains("is not told apart from geometric: its mean ATE is 0.0450 m lower"),
+            "{lower}"
+        );
+        assert!(
+            lower.contains("23 of 40 seeds are better, and the median difference is -0.0004 m"),
+            "{lower}"
+        );
+        let higher = told(&with(0.3, 6));
+        assert!(higher.contains("is not told apart") && higher.contains("0.0450 m higher"), "{higher}");
+        assert!(told(&with(-0.3, 20)).contains("lowers"), "30 of 40 seeds agree");
     }
 }

@@ -40,7 +40,8 @@ pub struct ClassSpec {
 }
 
 /// A training. Every field has a default; those of `pairs_per_harmonic` and `trunk_instance_weight` were chosen on
-/// validation instances (`studies/choice.yaml`), the instance term is Eq. 13 as printed (`docs/studies.md` says why).
+/// validation instances (`studies/choice.yaml`), the instance term is Eq. 13 as printed
+/// (`results/studies/reference/README.md` says why).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingSpec {
