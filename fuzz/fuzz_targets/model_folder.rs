@@ -16,8 +16,8 @@ use std::fs;
 use std::sync::LazyLock;
 use tract_onnx::pb::GraphProto;
 use vantage_learn::{
-    CANARY, Canary, CanaryCase, Convention, FORMAT, FileRecord, GraphRecord, Kind, Latent, MANIFEST, Manifest,
-    Model, ModelError, ResidualNoise, Role, Sizes, TrainingRecord, VERSION,
+    CANARY, Canary, CanaryCase, Convention, FORMAT, FileRecord, GraphRecord, Kind, Latent, MANIFEST,
+    Manifest, Model, ModelError, ResidualNoise, Role, Sizes, TensorSpec, TrainingRecord, VERSION,
 };
 
 const KIND: Kind = Kind::ViewpointDependent;
@@ -85,9 +85,9 @@ fn tiny_model() -> BTreeMap<String, Vec<u8>> {
         let mut graph = graph(&signature);
         build(&mut graph);
         files.insert(role.file(), file(graph, OPSET));
-        let zeros = |tensors: &[_]| tensors.iter().map(vantage_learn::TensorSpec::volume).map(|n| vec![0.0; n]);
-        let (inputs, mut outputs): (_, Vec<_>) =
-            (zeros(&signature.inputs).collect(), zeros(&signature.outputs).collect());
+        let zeros =
+            |tensors: &[TensorSpec]| tensors.iter().map(|t| vec![0.0; t.volume()]).collect::<Vec<_>>();
+        let (inputs, mut outputs) = (zeros(&signature.inputs), zeros(&signature.outputs));
         if role == Role::DecoderJacobian {
             outputs[1] = vec![1., 0., 0., 0., 1., 0., 0., 0., 1.];
         }
