@@ -2,21 +2,8 @@
 
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use std::fs;
-use vantage_sim::object::MeshLibrary;
-use vantage_sim::scene::{MeshSpec, SymmetrySpec, UpAxis};
+mod mesh_file;
 
-fuzz_target!(|bytes: &[u8]| {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("mesh.gltf"), bytes).expect("a file");
-    let spec = MeshSpec {
-        path: "mesh.gltf".into(),
-        metres_per_unit: 1.0,
-        up: UpAxis::Y,
-        category: None,
-        symmetry: SymmetrySpec::None,
-        split: None,
-    };
-    let _ = MeshLibrary::load(&[spec], folder.path(), &mut |_| ());
-});
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| mesh_file::read("mesh.gltf", bytes));
