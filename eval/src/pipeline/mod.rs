@@ -3,6 +3,7 @@
 //! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
 //! simulates, trains and estimates nothing.
 
+mod beliefs;
 mod code;
 mod episodes;
 mod error;

@@ -121,6 +121,38 @@ metrics! {
     WorstNumberInside95 => "Worst number in 95%", "residual_worst_number_inside_95", Ratio, Near(0.95);
     /// Variance of the squared whitened norm over that of the law.
     SquaredNormVariance => "Var of norm^2 / law", "residual_squared_norm_variance", Ratio, Near(1.0);
+    /// NEES over degrees of freedom of the robot's last position: [`crate::score::consistency::pose_consistency`].
+    NeesPositionEnd => "Position NEES, end", "nees_position_end", Ratio, Near(1.0);
+    /// Of its last heading.
+    NeesHeadingEnd => "Heading NEES, end", "nees_heading_end", Ratio, Near(1.0);
+    /// Of its last pose.
+    NeesPoseEnd => "Pose NEES, end", "nees_pose_end", Ratio, Near(1.0);
+    /// Of its position, mean over all steps after the first.
+    NeesPosition => "Position NEES", "nees_position", Ratio, Near(1.0);
+    /// Of its heading, likewise.
+    NeesHeading => "Heading NEES", "nees_heading", Ratio, Near(1.0);
+    /// Of its pose, likewise.
+    NeesPose => "Pose NEES", "nees_pose", Ratio, Near(1.0);
+    /// Of the centres of objects, mean over them: [`crate::score::consistency::object_scores`].
+    NeesObjectCenter => "Object centre NEES", "nees_object_center", Ratio, Near(1.0);
+    /// Of the yaw of asymmetric objects, mean over them.
+    NeesObjectYaw => "Object yaw NEES", "nees_object_yaw", Ratio, Near(1.0);
+    /// Share of steps with the robot's position inside its region of 50%.
+    PositionInside50 => "Position in 50%", "position_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    PositionInside80 => "Position in 80%", "position_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    PositionInside95 => "Position in 95%", "position_inside_95", Ratio, Near(0.95);
+    /// Share of steps with the robot's heading inside its interval of 50%.
+    HeadingInside50 => "Heading in 50%", "heading_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    HeadingInside80 => "Heading in 80%", "heading_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    HeadingInside95 => "Heading in 95%", "heading_inside_95", Ratio, Near(0.95);
+    /// Negative log-likelihood of the robot's last true position.
+    PositionSurprise => "-log p(position), end", "position_surprise_end_nat", Nat, Lower;
+    /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
+    ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
 }
 
 /// What a metric is measured in.
