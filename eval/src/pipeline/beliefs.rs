@@ -1,6 +1,6 @@
 //! What answers leave of objects, P(e | H), and the table that it is scored in.
 
-use super::Answer;
+use super::{Answer, StoredObject};
 use crate::result::metric::Metric;
 use crate::result::run::Run;
 use crate::result::table::{Table, TableError};
@@ -11,7 +11,7 @@ use vantage_learn::Latent;
 
 /// The latents of an answer's objects, with their true classes; none of an estimator without latents.
 pub(super) fn of(answer: &Answer, truth: &[ObjectTruth], latent: Latent) -> Vec<Belief> {
-    let belief = |(object, stored): (&ObjectTruth, &Option<_>)| {
+    let belief = |(object, stored): (&ObjectTruth, &Option<StoredObject>)| {
         let [means, _] = stored.as_ref()?.latent.as_ref()?;
         let steady = latent.steady(&DVector::from_column_slice(means));
         let narrowed = steady.into_iter().map(|number| number as f32).collect();
