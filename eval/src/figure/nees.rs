@@ -9,6 +9,8 @@ use plotters::prelude::*;
 
 const FIGURE: &str = "nees";
 const SIZE: (u32, u32) = (900, 500);
+/// By how much the scale goes on above the lines, for the key.
+const ROOM: f64 = 2.0;
 
 /// A row's NEES / dof of the whole pose: of each seed, by step from the second on.
 pub type Curve<'a> = (&'a str, Vec<Vec<f64>>);
@@ -31,7 +33,7 @@ pub fn nees_svg(title: &str, rows: &[Curve<'_>]) -> Result<String, FigureError> 
         low = mean.iter().copied().filter(|nees| *nees > 0.0).fold(low, f64::min);
         high = mean.iter().copied().fold(high, f64::max);
     }
-    svg(FIGURE, SIZE, |area| draw(title, &means, (seeds, band), steps, (low / 1.3, high * 1.3), area))
+    svg(FIGURE, SIZE, |area| draw(title, &means, (seeds, band), steps, (low / 1.3, high * ROOM), area))
 }
 
 /// By step, over seeds.
@@ -58,6 +60,7 @@ fn draw(
         .configure_mesh()
         .x_desc("step")
         .y_desc("NEES of the pose / 6, mean over seeds")
+        .x_label_formatter(&|step| format!("{step:.0}"))
         .y_label_formatter(&|nees| format!("{nees}"))
         .disable_x_mesh()
         .draw()?;
