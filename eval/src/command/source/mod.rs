@@ -1,6 +1,6 @@
 //! The scene or the study that a command is given: a file, or the name of one that comes with the program.
 
-pub mod error;
+pub(super) mod error;
 
 use super::cli::Cli;
 use crate::command::error::BenchError;
