@@ -139,7 +139,7 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
 
     let (ours, read) =
         (read_episode(&scene.path("d/0")).unwrap(), read_episode(&scene.path("scan")).unwrap());
-    assert_eq!(ours.observations.seed, Seed(0));
+    assert_eq!(ours.seed, Seed(0));
     assert_eq!(ours.observations.steps(), read.observations.steps());
     let camera = |episode: &vantage_dataset::Episode, step: usize| {
         episode.truth.world_from_robot[step] * episode.observations.robot_from_camera
