@@ -63,6 +63,8 @@ pub fn chosen_model(
             None => ModelRefusal::NoReference { folder },
         }
         .into()),
+        #[cfg(not(feature = "train"))]
+        None => trained(pipeline).map(Some),
         chosen => Ok(chosen),
     }
 }

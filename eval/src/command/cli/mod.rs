@@ -72,9 +72,9 @@ pub enum Command {
     Look(LookArgs),
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
     Models(ModelsArgs),
-    /// Trains models in several ways on the same views and compares them.
+    /// Trains models in several ways on the same views and compares them (`--features train`).
     Study(StudyArgs),
-    /// Trains the scene's model from scratch.
+    /// Trains the scene's model from scratch (`--features train`).
     Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.
     Schema,
@@ -329,7 +329,7 @@ pub struct StageArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub making: MakingArgs,
-    /// Trains the model from scratch instead of taking the one that comes with the scene.
+    /// Trains the model from scratch instead of taking the one that comes with the scene (`--features train`).
     #[arg(long, conflicts_with = "model")]
     pub train: bool,
     /// Folder of a trained model, or its name (`bench list`); its row has that name. May be given more than once.
