@@ -9,7 +9,7 @@ macro_rules! metrics {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum Metric {
-            $($(#[$what])* $metric,)*
+            $(#[doc = concat!($label, ".")] $(#[$what])* $metric,)*
         }
 
         impl Metric {
@@ -45,19 +45,14 @@ metrics! {
     Ari => "ARI", "ari", Ratio, Higher;
     /// Normalized mutual information.
     Nmi => "NMI", "nmi", Ratio, Higher;
-    /// V-measure.
     VMeasure => "V-measure", "v_measure", Ratio, Higher;
-    /// Homogeneity.
     Homogeneity => "Homogeneity", "homogeneity", Ratio, Higher;
-    /// Completeness.
     Completeness => "Completeness", "completeness", Ratio, Higher;
-    /// Purity.
     Purity => "Purity", "purity", Ratio, Higher;
     /// Recall@1: [`crate::score::retrieval::recall_at`].
     RecallAt1 => "Recall@1", "recall_at_1", Ratio, Higher;
     /// Recall@1 where the match has to come from another lighting session.
     RecallAt1AcrossLight => "Recall@1, other light", "recall_at_1_other_light", Ratio, Higher;
-    /// Recall@5.
     RecallAt5 => "Recall@5", "recall_at_5", Ratio, Higher;
     /// Median azimuth error: [`crate::score::viewpoint::summarize`].
     ViewpointMedian => "Viewpoint median", "viewpoint_median_rad", Radian, Lower;
@@ -78,17 +73,12 @@ metrics! {
     ClusterCount => "Clusters off by", "cluster_count_error", Ratio, Lower;
     /// Class accuracy by the nearest of one tagged image a class: [`crate::score::grounding::ground`].
     NearestOf1 => "NN, 1 tag", "class_nearest_of_1", Ratio, Higher;
-    /// By the nearest of two.
     NearestOf2 => "NN, 2 tags", "class_nearest_of_2", Ratio, Higher;
-    /// By the nearest of five.
     NearestOf5 => "NN, 5 tags", "class_nearest_of_5", Ratio, Higher;
-    /// By the nearest of ten.
     NearestOf10 => "NN, 10 tags", "class_nearest_of_10", Ratio, Higher;
     /// Class accuracy by Gaussians about the mean of two tagged images a class.
     GaussianOf2 => "Gaussian, 2 tags", "class_gaussian_of_2", Ratio, Higher;
-    /// Of five.
     GaussianOf5 => "Gaussian, 5 tags", "class_gaussian_of_5", Ratio, Higher;
-    /// Of ten.
     GaussianOf10 => "Gaussian, 10 tags", "class_gaussian_of_10", Ratio, Higher;
     /// PSNR of a view by the latent of that view alone: [`crate::score::psnr::psnr`].
     Psnr => "PSNR, own view", "psnr_db", Decibel, Higher;
@@ -107,13 +97,10 @@ metrics! {
     Divergence => "Divergence, own view", "divergence_nat", Nat, Lower;
     /// Share of residuals inside the region of 50% of the Student t: [`crate::score::calibration::calibration`].
     Inside50 => "In 50%", "residual_inside_50", Ratio, Near(0.5);
-    /// Inside that of 80%.
     Inside80 => "In 80%", "residual_inside_80", Ratio, Near(0.8);
-    /// Inside that of 95%.
     Inside95 => "In 95%", "residual_inside_95", Ratio, Near(0.95);
     /// Share of residuals inside the region of 50% of the Gaussian of the same covariance.
     GaussianInside50 => "Gaussian: in 50%", "residual_gaussian_inside_50", Ratio, Near(0.5);
-    /// Inside that of 95%.
     GaussianInside95 => "Gaussian: in 95%", "residual_gaussian_inside_95", Ratio, Near(0.95);
     /// Share of single whitened numbers inside their interval of 95%.
     NumberInside95 => "Number in 95%", "residual_number_inside_95", Ratio, Near(0.95);
