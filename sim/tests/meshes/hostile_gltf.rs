@@ -82,13 +82,15 @@ fn indices_and_ranges() {
         let fault = refused(change, &["out of range"]);
         assert!(matches!(fault, MeshFault::Index { .. }), "{i}: {fault:?}");
     }
-    let broken: [(Change, &str); 11] = [
+    let broken: [(Change, &str); 13] = [
         (|gltf| gltf["accessors"][1]["componentType"] = json!(5121), "another type"),
         (|gltf| gltf["asset"]["version"] = json!("3.0"), "expected 2.0"),
         (
             |gltf| gltf["nodes"] = json!([{ "children": [1, 2] }, { "children": [2] }, { "mesh": 0 }]),
             "node 2 has more than one parent",
         ),
+        (|gltf| gltf["images"] = json!([{ "bufferView": 0 }]), "image 0 has neither"),
+        (|gltf| gltf["images"] = json!([{ "name": "skin" }]), "image 0 has neither"),
         (|gltf| gltf["nodes"][0]["mesh"] = json!(5), "bad.gltf"),
         (|gltf| gltf["scene"] = json!(5), "bad.gltf"),
         (|gltf| gltf["accessors"][1]["bufferView"] = json!(5), "bad.gltf"),

@@ -44,6 +44,7 @@ pub(super) fn parse(bytes: &[u8], name: &str) -> Result<(Document, Option<Vec<u8
     let document = Document::from_json(document.into_json())
         .map_err(|error| holding.map_or_else(|| syntax(first(&error)), MeshFault::Extension))?;
     views_fit(&document)?;
+    images_are_somewhere(&document).map_err(syntax)?;
     nodes_are_trees(&document).map_err(syntax)?;
     Ok((document, blob))
 }
@@ -79,6 +80,20 @@ fn views_fit(document: &Document) -> Result<(), MeshFault> {
         }
     }
     Ok(())
+}
+
+/// Refuses images that are nowhere, or in a buffer and of no stated type.
+fn images_are_somewhere(document: &Document) -> Result<(), String> {
+    let is_somewhere = |image: &gltf::json::Image| match image.buffer_view {
+        Some(_) => image.mime_type.is_some(),
+        None => image.uri.is_some(),
+    };
+    match document.as_json().images.iter().position(|image| !is_somewhere(image)) {
+        Some(index) => Err(format!(
+            "image {index} has neither a `uri` nor a `bufferView` with a `mimeType`, expected one of them"
+        )),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a node that hangs twice in a scene.
