@@ -51,6 +51,12 @@ impl LatentGaussian {
         Self { mean: weighted_mean.component_div(&precision), variance: precision.map(f64::recip) }
     }
 
+    /// Keeps the first `dimension` numbers: the marginal over them.
+    pub fn truncate(&mut self, dimension: usize) {
+        self.mean = self.mean.rows(0, dimension.min(self.mean.len())).into_owned();
+        self.variance = self.variance.rows(0, dimension.min(self.variance.len())).into_owned();
+    }
+
     /// Whether it is a Gaussian over `dimension` numbers: finite means, finite positive variances.
     pub fn is_valid(&self, dimension: usize) -> bool {
         self.mean.len() == dimension

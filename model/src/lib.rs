@@ -14,6 +14,7 @@
 //! | derivatives of `h` to `e` and to the camera's pose | [`Linearization`], [`ViewpointDerivative`] |
 //! | `W`, `nu` | [`MeasurementNoise`] |
 //! | `t_nu` | [`student_t`] |
+//! | smooth functions of an azimuth | [`Periodic`] |
 //!
 //! M numbers are measured, D are latent. Tangents are rotation first and perturb on the right: `T * Exp(xi)`.
 
@@ -22,6 +23,7 @@ mod latent_gaussian;
 mod linearization;
 mod measurement_noise;
 mod observation_model;
+pub mod periodic;
 pub mod student_t;
 
 pub use error::AnswerError;
@@ -29,3 +31,4 @@ pub use latent_gaussian::{Information, LatentGaussian};
 pub use linearization::{Linearization, ViewpointDerivative};
 pub use measurement_noise::MeasurementNoise;
 pub use observation_model::ObservationModel;
+pub use periodic::Periodic;

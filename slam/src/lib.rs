@@ -13,6 +13,7 @@
 //! | X, O, E: SE(3) poses, points, latent vectors | [`variable`] |
 //! | U, Z^g, Z^s as factors | [`problem`], [`sighting`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
+//! | what a model gets wrong of an object | [`discrepancy`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
 //! | start values | [`initial`], [`mapping`], [`orientation`] |
@@ -27,6 +28,7 @@
 //! [`vantage_dataset::Observations`].
 
 pub mod covariance;
+pub mod discrepancy;
 pub mod estimate;
 pub mod estimator;
 pub mod factor;
@@ -49,6 +51,8 @@ pub mod variable;
 pub use estimate::{Dropped, Estimate, ObjectEstimate, Orientation, Unresolved, UnresolvedReason};
 pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
 pub use input::EstimateError;
-pub use settings::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
+pub use settings::{
+    AzimuthDiscrepancy, GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings,
+};
 pub use solve::Outcome;
 pub use variable::Key;

@@ -3,7 +3,9 @@
 use crate::noise::{BearingNoise, Kernel};
 use crate::solve::Limits;
 use garde::Validate;
-use vantage_dataset::rule::{not_negative, positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::{not_nan, not_negative, positive};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 
 /// All settings; each estimator takes the groups it has a use for.
@@ -66,6 +68,21 @@ pub struct SemanticSettings {
     /// were taken; 0 uses all.
     #[garde(custom(not_negative))]
     pub minimum_view_separation: f64,
+    /// The model's discrepancy; none where it is taken at its word.
+    #[garde(dive)]
+    pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
+}
+
+/// By how much a model's sense of azimuth is off: see [`crate::discrepancy`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct AzimuthDiscrepancy {
+    /// Its standard deviation, radians.
+    #[garde(range(min = 1e-4, max = 3.2), custom(not_nan))]
+    pub sigma: f64,
+    /// Concentration `kappa` of its kernel over the azimuth: about one over its squared length in radians.
+    #[garde(range(min = 0.0, max = 10.0), custom(not_nan))]
+    pub concentration: f64,
 }
 
 /// The search for the first orientation of an object.
@@ -114,7 +131,13 @@ impl Default for GeometrySettings {
 
 impl Default for SemanticSettings {
     fn default() -> Self {
-        Self { tilt_sigma: 0.05, noise_scale: 1.0, information_scale: 1.0, minimum_view_separation: 0.0 }
+        Self {
+            tilt_sigma: 0.05,
+            noise_scale: 1.0,
+            information_scale: 1.0,
+            minimum_view_separation: 0.0,
+            azimuth_discrepancy: None,
+        }
     }
 }
 

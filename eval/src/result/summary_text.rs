@@ -4,6 +4,7 @@ use super::grid::{Style, UNDEFINED, draw_in_parts};
 use super::metric::Metric;
 use super::table::Table;
 use super::table_text::{mean_text, over, runs_text};
+use crate::scene_file::row_name::is_learned;
 
 /// Columns that both tables fit into; on a narrower terminal they come in parts.
 const WIDTH: u16 = 100;
@@ -50,6 +51,12 @@ pub fn latents(latents: &Table, classes: &Table, style: Style) -> String {
     let rows: Vec<Vec<String>> = latents.methods().iter().map(row).collect();
     let drawn = draw_in_parts(style.within(WIDTH), 1, &head.map(str::to_owned), &rows);
     format!("Latents of single views of unseen objects, {}\n{drawn}\n", over(latents))
+}
+
+/// [`answer`] of every learned row that has one.
+pub fn answers(table: &Table) -> Vec<String> {
+    let learned = table.methods().iter().filter(|method| is_learned(method));
+    learned.filter_map(|method| answer(table, method)).collect()
 }
 
 /// What a method does to the reference's ATE, as far as the interval of the paired differences and the seeds' agreement tell;

@@ -6,7 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::rule::not_nan;
 use vantage_slam::noise::{BearingNoise, Kernel};
-use vantage_slam::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
+use vantage_slam::{
+    AzimuthDiscrepancy, GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings,
+};
 
 /// Settings of the estimator; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
@@ -54,6 +56,9 @@ pub struct EstimatorSpec {
     /// 0 uses all. Default: 0.
     #[garde(range(min = 0.0, max = 3.2), custom(not_nan))]
     pub minimum_view_separation: f64,
+    /// By how much the model's sense of azimuth is off, alike in neighbouring views of an object. Default: not at all.
+    #[garde(dive)]
+    pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
 
     /// Yaws tried for an object's first orientation. Default: 48.
     #[garde(range(min = 8, max = 3600))]
@@ -92,6 +97,7 @@ impl EstimatorSpec {
                 noise_scale: self.semantic_noise_scale,
                 information_scale: self.semantic_information_scale,
                 minimum_view_separation: self.minimum_view_separation,
+                azimuth_discrepancy: self.azimuth_discrepancy,
             },
             orientation: OrientationSettings {
                 yaw_candidates: self.yaw_candidates,
@@ -120,6 +126,7 @@ impl Default for EstimatorSpec {
             semantic_noise_scale: semantics.noise_scale,
             semantic_information_scale: semantics.information_scale,
             minimum_view_separation: semantics.minimum_view_separation,
+            azimuth_discrepancy: semantics.azimuth_discrepancy,
             yaw_candidates: orientation.yaw_candidates,
             orientation_views: orientation.views,
             refined_modes: orientation.refined_modes,

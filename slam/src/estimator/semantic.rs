@@ -1,6 +1,7 @@
 //! P(X, O, E | U, Z^g, Z^s): geometric, with the semantic factors of an observation model.
 
 use super::{Estimator, Geometric};
+use crate::discrepancy::Discrepant;
 use crate::estimate::Estimate;
 use crate::factor::Factor;
 use crate::input::{EstimateError, check_model, check_settings};
@@ -37,9 +38,11 @@ impl Estimator for Semantic<'_> {
         check_settings(&self.semantics)?;
         check_settings(&self.orientation)?;
         check_model(self.model)?;
+        let discrepant = self.semantics.azimuth_discrepancy.map(|of| Discrepant::new(self.model, &of));
+        let model: &dyn ObservationModel = discrepant.as_ref().map_or(self.model, |model| model);
         let mut posterior = self.geometric.posterior(observations)?;
         let problem = self.geometric.problem(observations);
-        let semantics = Semantics { problem, model: self.model, settings: self.semantics };
+        let semantics = Semantics { problem, model, settings: self.semantics };
         let start = |object: &SemanticObject, sightings: &[Sighting], values: &Values| {
             let modes = modes(&semantics, &self.orientation, object, sightings, values)?;
             let margin = match modes.as_slice() {
@@ -51,7 +54,10 @@ impl Estimator for Semantic<'_> {
         let mut added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, start)?;
         try_alternatives(&mut posterior, &mut added, &self.geometric.solver, &self.orientation);
         let seen = |track| added.get(&track).map(Added::seen);
-        Ok(self.geometric.estimate_of(posterior, observations, seen))
+        let mut estimate = self.geometric.estimate_of(posterior, observations, seen);
+        let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
+        latents.for_each(|latent| latent.truncate(self.model.latent_dim()));
+        Ok(estimate)
     }
 }
 

@@ -3,13 +3,15 @@
 use crate::model::TanhModel;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector3};
 use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
-use vantage_slam::Key;
+use vantage_model::ObservationModel;
+use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
     BearingFactor, BetweenFactor, Factor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::variable::{Value, Values};
+use vantage_slam::{AzimuthDiscrepancy, Key};
 
 const STEP: f64 = 1e-6;
 
@@ -124,8 +126,17 @@ fn a_bearing_residual_is_the_image_error_over_sigma_to_first_order() {
 
 #[test]
 fn semantic() {
-    let mut stream = Seed(5).stream("semantic", 0);
+    semantic_of(&TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5)));
+}
+
+#[test]
+fn semantic_with_a_discrepancy() {
     let model = TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5));
+    semantic_of(&Discrepant::new(&model, &AzimuthDiscrepancy { sigma: 0.3, concentration: 2.0 }));
+}
+
+fn semantic_of(model: &dyn ObservationModel) {
+    let mut stream = Seed(5).stream("semantic", 0);
     let mut tested = 0;
     while tested < 20 {
         let mut values = Values::default();
@@ -135,11 +146,14 @@ fn semantic() {
         let object = ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.1));
         values.insert(Key::Robot(0), Value::Pose(robot));
         values.insert(Key::Object(0), Value::Pose(object));
-        values.insert(Key::Latent(0), Value::Vector(DVector::from_fn(7, |_, _| stream.normal())));
+        values.insert(
+            Key::Latent(0),
+            Value::Vector(DVector::from_fn(model.latent_dim(), |_, _| stream.normal())),
+        );
         let measurement = DVector::from_fn(6, |_, _| stream.normal());
         let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
         let keys = [Key::Robot(0), Key::Object(0), Key::Latent(0)];
-        let factor = SemanticFactor::new(keys, &model, measurement, mount, 0.4, scaling);
+        let factor = SemanticFactor::new(keys, model, measurement, mount, 0.4, scaling);
         if factor.residual(&values).is_some() {
             assert!(check(&factor, &values) > 1.0);
             tested += 1;

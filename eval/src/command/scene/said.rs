@@ -8,7 +8,6 @@ use crate::result::grid::Style;
 use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
 use crate::result::{summary_text, table_text};
-use crate::scene_file::row_name::is_learned;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use crate::score::unseen_table::{OF_GROUNDING, OF_LATENTS};
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
@@ -38,8 +37,7 @@ pub fn say(
     }
     write!(stdout, "{}", places(folder, kinds))?;
     if let Some(table) = scored.results.table(TRAJECTORIES) {
-        let learned = table.methods().iter().filter(|method| is_learned(method));
-        let answers: Vec<String> = learned.filter_map(|method| summary_text::answer(table, method)).collect();
+        let answers = summary_text::answers(table);
         if !answers.is_empty() {
             writeln!(stdout, "\n{}", answers.join("\n"))?;
         }

@@ -8,7 +8,7 @@
 //! ATE, its paired difference to `geometric`, and the mean normalised estimation error squared of all poses (NEES over 6:
 //! 1 where consistent).
 
-use super::{Trial, columns, estimated, open, print, trials};
+use super::{Trial, columns, estimated, evidence, open, print, trials};
 use crate::command::cli::CalibrateArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
@@ -17,7 +17,7 @@ use crate::result::statistics::quantile;
 use nalgebra::Point3;
 use std::io::Write;
 use vantage_dataset::{Pose, se3};
-use vantage_slam::{Estimate, Estimator, Geometric, Semantic};
+use vantage_slam::{AzimuthDiscrepancy, Estimate, Estimator, Geometric, Semantic, SemanticSettings};
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 
@@ -55,6 +55,23 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for scale in SCALES {
         settings.semantics.information_scale = scale;
         rows.push(line(scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?));
+    }
+    settings.semantics =
+        SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..settings.semantics };
+    rows.push(line("1, every view".to_owned(), &of(&Semantic::new(&settings, loaded.viewing()))?));
+    let objects = evidence::TrueViews::of(&trials, loaded.viewing());
+    if let Some((fitted, gain)) = evidence::fit(&objects, loaded.viewing()) {
+        let AzimuthDiscrepancy { sigma, concentration } = fitted;
+        writeln!(
+            stdout,
+            "azimuth off by {:.1} degrees with a concentration of {concentration}: {gain:.3} nats a view more probable than on the spot\n",
+            sigma.to_degrees()
+        )?;
+        settings.semantics.azimuth_discrepancy = Some(fitted);
+        rows.push(line(
+            "1, every view, discrepancy".to_owned(),
+            &of(&Semantic::new(&settings, loaded.viewing()))?,
+        ));
     }
     print(stdout, &["Scale", "ATE [m]", "Difference [m]", "+- 95% [m]", "NEES / 6"], rows)?;
     Ok(Exit::Success)

@@ -2,6 +2,7 @@
 
 mod calibrate;
 pub mod error;
+mod evidence;
 mod headroom;
 
 pub use calibrate::calibrate;
