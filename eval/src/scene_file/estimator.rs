@@ -58,6 +58,7 @@ pub struct EstimatorSpec {
     pub minimum_view_separation: f64,
     /// By how much the model's sense of azimuth is off, alike in neighbouring views of an object. Default: not at all.
     #[garde(dive)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
 
     /// Yaws tried for an object's first orientation. Default: 48.
