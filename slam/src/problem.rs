@@ -1,6 +1,6 @@
-//! The geometric problem of an episode: the factors that odometry and boxes make, and the sizes boxes tell.
+//! The geometric problem of an episode: the factors that odometry, boxes and landmarks make, and the sizes boxes tell.
 
-use crate::factor::{BearingFactor, BetweenFactor, PosePrior};
+use crate::factor::{BearingFactor, BetweenFactor, PosePrior, ProjectionFactor};
 use crate::graph::Graph;
 use crate::noise::sqrt_information;
 use crate::settings::GeometrySettings;
@@ -8,7 +8,7 @@ use crate::sighting::Sighting;
 use crate::variable::{Key, Values};
 use nalgebra::Matrix6;
 use vantage_dataset::median::median;
-use vantage_dataset::{Observations, Pose};
+use vantage_dataset::{LandmarkSighting, Observations, Pose};
 
 /// Information of the first pose's prior, which fixes the world frame: a millionth of a radian and metre.
 const GAUGE_SQRT_INFORMATION: f64 = 1e6;
@@ -29,7 +29,7 @@ pub fn add_odometry(graph: &mut Graph<'_>, observations: &Observations) {
     }
 }
 
-/// One episode's boxes under some settings.
+/// One episode's boxes and landmarks under some settings.
 #[derive(Clone, Copy)]
 pub struct Problem<'a> {
     /// What the robot observed.
@@ -55,6 +55,15 @@ impl Problem<'_> {
                 self.settings.bearing_noise.sigma(sighting.angular_size),
                 self.settings.bearing_kernel,
             ));
+        }
+    }
+
+    /// P(z^g | x_k, l_j) of Eq. 6 for some sightings of landmarks.
+    pub fn add_projections(&self, graph: &mut Graph<'_>, sightings: &[LandmarkSighting]) {
+        let Observations { camera, robot_from_camera, .. } = *self.observations;
+        for sighting in sightings {
+            let kernel = self.settings.bearing_kernel;
+            graph.push(ProjectionFactor::new(sighting, camera, robot_from_camera, kernel));
         }
     }
 

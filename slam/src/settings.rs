@@ -33,16 +33,16 @@ pub struct SolverSettings {
     pub covariances: bool,
 }
 
-/// Boxes, and objects placed by them.
+/// Boxes and landmarks' pixels, and what is placed by them.
 #[derive(Clone, Copy, Debug, PartialEq, Validate)]
 pub struct GeometrySettings {
     /// Noise of the bearings.
     #[garde(dive)]
     pub bearing_noise: BearingNoise,
-    /// Kernel of the bearings.
+    /// Kernel of the bearings, and of landmarks' pixels.
     #[garde(dive)]
     pub bearing_kernel: Kernel,
-    /// Smallest angle, radians, between two rays to an object that is to be placed.
+    /// Smallest angle, radians, between two rays to an object or landmark that is to be placed.
     #[garde(custom(positive))]
     pub minimum_parallax: f64,
     /// Diameter of an object's bounding sphere over the longer side of its box at the object's distance.

@@ -1,9 +1,9 @@
-//! Detections as the graph uses them: rays with an angular size, grouped by track.
+//! Detections and landmarks as the graph uses them: rays with an angular size by track, pixels by landmark.
 
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use vantage_dataset::{Detection, Observations};
+use vantage_dataset::{Detection, LandmarkSighting, Observations};
 
 /// A detection whose box is whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,23 @@ pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>
         });
     }
     (whole, truncated)
+}
+
+/// All sightings of landmarks by landmark and step.
+///
+/// The order does not depend on the order of the sightings.
+pub fn landmark_sightings(observations: &Observations) -> BTreeMap<usize, Vec<LandmarkSighting>> {
+    let mut sorted = observations.landmarks.clone();
+    let numbers = |s: &LandmarkSighting| [s.pixel.x, s.pixel.y, s.sigma];
+    sorted.sort_by(|a, b| {
+        let differ = numbers(a).iter().zip(numbers(b)).map(|(x, y)| x.total_cmp(&y)).find(|o| o.is_ne());
+        a.step.cmp(&b.step).then(differ.unwrap_or(Ordering::Equal))
+    });
+    let mut of: BTreeMap<usize, Vec<LandmarkSighting>> = BTreeMap::new();
+    for sighting in sorted {
+        of.entry(sighting.landmark).or_default().push(sighting);
+    }
+    of
 }
 
 fn compare(a: &Detection, b: &Detection) -> Ordering {

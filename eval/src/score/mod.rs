@@ -15,6 +15,7 @@ pub mod entry;
 pub mod grounding;
 pub mod heading;
 pub mod instance_posterior;
+pub mod landmark;
 pub mod likelihood;
 pub mod object;
 pub mod pairs;

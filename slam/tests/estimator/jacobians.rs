@@ -1,12 +1,13 @@
 //! Every factor's derivatives against central differences, at residuals far from zero.
 
 use crate::model::TanhModel;
-use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector3};
-use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
+use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
+use vantage_dataset::{Camera, LandmarkSighting, Pose, Seed, Stream, Tangent, se3};
 use vantage_slam::Key;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, Factor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
+    BearingFactor, BetweenFactor, Factor, PosePrior, ProjectionFactor, SemanticFactor, StandardNormalPrior,
+    UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::variable::{Value, Values};
@@ -103,6 +104,31 @@ fn bearing_to_points_and_poses_at_any_angle() {
         widest = widest.max(check(&factor, &values));
     }
     assert!(widest > 2.0, "the test should meet objects behind the camera, the farthest was {widest}");
+}
+
+#[test]
+fn projection_of_landmarks_before_the_camera_and_none_behind() {
+    let mut stream = Seed(6).stream("projection", 0);
+    let camera = Camera { width: 640, height: 480, fx: 500.0, fy: 400.0, cx: 310.0, cy: 250.0 };
+    let mut widest: f64 = 0.0;
+    for _ in 0..100 {
+        let robot = se3::exp(&random_tangent(&mut stream, 1.0, 2.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let p = Vector3::new(stream.normal(), stream.normal(), stream.uniform(0.5, 4.0));
+        let pixel = Vector2::new(stream.uniform(0.0, 640.0), stream.uniform(0.0, 480.0));
+        let sighting = LandmarkSighting { step: 2, landmark: 7, pixel, sigma: 30.0 };
+        let factor = ProjectionFactor::new(&sighting, camera, mount, Kernel::Huber { threshold: 2.0 });
+        let at = |z: f64| {
+            let mut values = Values::default();
+            values.insert(Key::Robot(2), Value::Pose(robot));
+            let point = (robot * mount).transform_point(&Vector3::new(p.x, p.y, z).into());
+            values.insert(Key::Landmark(7), Value::Point(point.coords));
+            values
+        };
+        widest = widest.max(check(&factor, &at(p.z)));
+        assert!(factor.residual(&at(-p.z)).is_none() && factor.linearize(&at(-p.z)).is_none());
+    }
+    assert!(widest > 10.0, "the farthest was {widest}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod consistency;
 mod hypotheses;
 mod input;
 mod jacobians;
+mod landmarks;
 mod linear;
 mod model;
 mod recovery;
