@@ -97,7 +97,7 @@ pub struct UnresolvedLandmark {
 pub enum UnresolvedReason {
     /// All its boxes touch the border of the image.
     Truncated,
-    /// Only one of its boxes does not touch the border; of a landmark, one sighting.
+    /// Only one of its boxes does not touch the border, and that has no depth; of a landmark, one sighting.
     SeenOnce,
     /// Its rays are too close to parallel.
     NoParallax,

@@ -122,6 +122,11 @@ fn check_detections(observations: &Observations) -> Result<(), EstimateError> {
             format!("got track {}, expected one below {MOST_TRACKS}", detection.track)
         } else if !(positive && bounds.side().is_finite() && bounds.center().iter().all(|c| c.is_finite())) {
             format!("got box {bounds:?}, expected finite edges and a positive area")
+        } else if detection
+            .center_depth
+            .is_some_and(|depth| ![depth.meters, depth.sigma].iter().all(|x| x.is_finite() && *x > 0.0))
+        {
+            format!("got {:?}, expected positive, finite metres", detection.center_depth)
         } else {
             continue;
         };

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! P(X, L, O, E | H)  is proportional to  prod_k  P(x_k | x_k-1, u_k-1)        factor::between, Eq. 3
-//!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::bearing, Eq. 6
+//!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::{bearing, depth}, Eq. 6
 //!                                     prod_kj P(z^g_kj | x_k, l_j)         factor::projection, Eq. 6
 //!                                     prod_ki P(z^s_ki | e_i, x_rel_ki)    factor::semantic, Eq. 9-10
 //!                                     prod_i  P(o_i) P(e_i)                factor::{upright, prior}

@@ -1,4 +1,5 @@
-//! Places objects and landmarks: triangulation from the robot's first poses, refined with the robot held.
+//! Places objects and landmarks: triangulation from the robot's first poses, or depths where there are any, refined with the
+//! robot held.
 
 use crate::estimate::{Dropped, Unresolved, UnresolvedLandmark, UnresolvedReason};
 use crate::graph::Graph;
@@ -68,11 +69,27 @@ fn place_object(
         .iter()
         .filter_map(|s| Some(Ray::new(&problem.world_from_camera(values, s.step)?, &s.ray_in_camera)))
         .collect();
-    let point = triangulate(&rays, problem.settings.minimum_parallax)?;
+    let point = match at_depth(problem, values, sightings) {
+        Some(point) => point,
+        None => triangulate(&rays, problem.settings.minimum_parallax)?,
+    };
     let mut graph = Graph::default();
     problem.add_bearings(&mut graph, track, sightings);
     let steps = sightings.iter().map(|s| s.step);
     refined(&graph, Key::Object(track), point, robots(values, steps), &rays)
+}
+
+/// The mean of where the sightings with depth have an object; `None` where there is none.
+fn at_depth(problem: &Problem<'_>, values: &Values, sightings: &[Sighting]) -> Option<Vector3<f64>> {
+    let points: Vec<Vector3<f64>> = sightings
+        .iter()
+        .filter_map(|s| {
+            let p_in_camera = s.ray_in_camera * s.depth?.meters;
+            let world_from_camera = problem.world_from_camera(values, s.step)?;
+            Some(world_from_camera.transform_point(&p_in_camera.into()).coords)
+        })
+        .collect();
+    (!points.is_empty()).then(|| points.iter().sum::<Vector3<f64>>() / points.len() as f64)
 }
 
 /// Where a landmark is; leaves in `sightings` those that have it in front of the camera.

@@ -1,6 +1,6 @@
 //! The geometric problem of an episode: the factors that odometry, boxes and landmarks make, and the sizes boxes tell.
 
-use crate::factor::{BearingFactor, BetweenFactor, PosePrior, ProjectionFactor};
+use crate::factor::{BearingFactor, BetweenFactor, DepthFactor, PosePrior, ProjectionFactor};
 use crate::graph::Graph;
 use crate::noise::sqrt_information;
 use crate::settings::GeometrySettings;
@@ -44,7 +44,7 @@ impl Problem<'_> {
         Some(values.pose(Key::Robot(step))? * self.observations.robot_from_camera)
     }
 
-    /// P(z^g | x_k, o_i) of Eq. 6 for one object.
+    /// P(z^g | x_k, o_i) of Eq. 6 for one object: bearings, and depths where the detector tells them.
     pub fn add_bearings(&self, graph: &mut Graph<'_>, track: usize, sightings: &[Sighting]) {
         for sighting in sightings {
             graph.push(BearingFactor::new(
@@ -55,6 +55,12 @@ impl Problem<'_> {
                 self.settings.bearing_noise.sigma(sighting.angular_size),
                 self.settings.bearing_kernel,
             ));
+            if let Some(depth) = sighting.depth {
+                let Observations { robot_from_camera, .. } = *self.observations;
+                let keys = (Key::Robot(sighting.step), Key::Object(track));
+                let kernel = self.settings.bearing_kernel;
+                graph.push(DepthFactor::new(keys.0, keys.1, robot_from_camera, depth, kernel));
+            }
         }
     }
 

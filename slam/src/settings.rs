@@ -39,7 +39,7 @@ pub struct GeometrySettings {
     /// Noise of the bearings.
     #[garde(dive)]
     pub bearing_noise: BearingNoise,
-    /// Kernel of the bearings, and of landmarks' pixels.
+    /// Kernel of the bearings, of depths and of landmarks' pixels.
     #[garde(dive)]
     pub bearing_kernel: Kernel,
     /// Smallest angle, radians, between two rays to an object or landmark that is to be placed.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use vantage_dataset::{Detection, LandmarkSighting, Observations};
+use vantage_dataset::{CenterDepth, Detection, LandmarkSighting, Observations};
 
 /// A detection whose box is whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Sighting {
     pub ray_in_camera: Vector3<f64>,
     /// Longer side of the box over the focal length.
     pub angular_size: f64,
+    /// How far off the object's centre is, where the detector tells.
+    pub depth: Option<CenterDepth>,
 }
 
 /// All whole detections by track and step, and the number of truncated ones by track.
@@ -39,6 +41,7 @@ pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>
             step: detection.step,
             ray_in_camera: camera.ray_in_camera(&detection.bounding_box.center()),
             angular_size: detection.bounding_box.side() / focal_length,
+            depth: detection.center_depth,
         });
     }
     (whole, truncated)
@@ -64,7 +67,8 @@ pub fn landmark_sightings(observations: &Observations) -> BTreeMap<usize, Vec<La
 fn compare(a: &Detection, b: &Detection) -> Ordering {
     let numbers = |d: &Detection| {
         let bounds = d.bounding_box;
-        [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y]
+        let depth = d.center_depth.map_or([0.0; 2], |depth| [depth.meters, depth.sigma]);
+        [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y, depth[0], depth[1]]
     };
     (a.track, a.step)
         .cmp(&(b.track, b.step))

@@ -2,6 +2,7 @@
 
 pub mod bearing;
 pub mod between;
+pub mod depth;
 pub mod prior;
 pub mod projection;
 pub mod semantic;
@@ -13,6 +14,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
+pub use depth::DepthFactor;
 pub use prior::{PosePrior, StandardNormalPrior};
 pub use projection::ProjectionFactor;
 pub use semantic::SemanticFactor;

@@ -4,7 +4,7 @@ use crate::model::TanhModel;
 use crate::which::{Which, estimate};
 use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector2};
-use vantage_dataset::{Crop, LandmarkSighting, Seed, Viewpoint};
+use vantage_dataset::{CenterDepth, Crop, LandmarkSighting, Seed, Viewpoint};
 use vantage_model::{AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel};
 use vantage_slam::{EstimateError, Settings};
 
@@ -25,6 +25,10 @@ fn bad_observations() {
         let bounds = &mut w.observations.detections[3].bounding_box;
         std::mem::swap(&mut bounds.min, &mut bounds.max);
     })));
+    for [meters, sigma] in [[0.0, 0.1], [-1.0, 0.1], [f64::NAN, 0.1], [1.0, 0.0], [1.0, f64::INFINITY]] {
+        let depth = Some(CenterDepth { meters, sigma });
+        assert!(detection(refused(|w| w.observations.detections[3].center_depth = depth)));
+    }
     let odometry = |e| matches!(e, EstimateError::Odometry { index: 5, .. });
     assert!(odometry(refused(|w| w.observations.odometry[5].to = 60)));
     assert!(odometry(refused(|w| w.observations.odometry[5].to = 5)));

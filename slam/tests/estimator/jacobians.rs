@@ -2,12 +2,12 @@
 
 use crate::model::TanhModel;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
-use vantage_dataset::{Camera, LandmarkSighting, Pose, Seed, Stream, Tangent, se3};
+use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Pose, Seed, Stream, Tangent, se3};
 use vantage_slam::Key;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, Factor, PosePrior, ProjectionFactor, SemanticFactor, StandardNormalPrior,
-    UprightFactor,
+    BearingFactor, BetweenFactor, DepthFactor, Factor, PosePrior, ProjectionFactor, SemanticFactor,
+    StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::variable::{Value, Values};
@@ -104,6 +104,23 @@ fn bearing_to_points_and_poses_at_any_angle() {
         widest = widest.max(check(&factor, &values));
     }
     assert!(widest > 2.0, "the test should meet objects behind the camera, the farthest was {widest}");
+}
+
+#[test]
+fn depth_of_points_and_poses_on_either_side_of_the_camera() {
+    let mut stream = Seed(7).stream("depth", 0);
+    for round in 0..100 {
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 1.0, 1.0))));
+        let object = se3::exp(&random_tangent(&mut stream, 1.0, 3.0));
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if round % 2 == 0 { Value::Pose(object) } else { as_point });
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let depth = CenterDepth { meters: stream.uniform(10.0, 20.0), sigma: 0.3 };
+        let factor =
+            DepthFactor::new(Key::Robot(0), Key::Object(0), mount, depth, Kernel::Huber { threshold: 2.0 });
+        assert!(check(&factor, &values) > 1.0);
+    }
 }
 
 #[test]

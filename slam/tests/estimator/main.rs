@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 mod consistency;
+mod depth;
 mod hypotheses;
 mod input;
 mod jacobians;
