@@ -42,6 +42,9 @@ pub struct ObjectEstimate {
     pub position_covariance: Option<Matrix3<f64>>,
     /// Its diameter from box and distance, metres; `None` where no view told.
     pub size: Option<f64>,
+    /// Semi-axes, metres, of an ellipsoid along its axes, or of one of revolution about the world's vertical where it has no
+    /// orientation; `None` where objects are centres alone.
+    pub extents: Option<Vector3<f64>>,
     /// Its orientation, of estimators with semantic factors and objects with semantic views.
     pub orientation: Option<Orientation>,
     /// P(e | H): mean at the maximum, marginal variances; as for the orientation.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! P(X, L, O, E | H)  is proportional to  prod_k  P(x_k | x_k-1, u_k-1)        factor::between, Eq. 3
-//!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::{bearing, depth}, Eq. 6
+//!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::{bearing, box_edges, depth}, Eq. 6
 //!                                     prod_kj P(z^g_kj | x_k, l_j)         factor::projection, Eq. 6
 //!                                     prod_ki P(z^s_ki | e_i, x_rel_ki)    factor::semantic, Eq. 9-10
 //!                                     prod_i  P(o_i) P(e_i)                factor::{upright, prior}
@@ -16,6 +16,7 @@
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
+//! | objects as ellipsoids | [`mod@extents`] |
 //! | start values | [`initial`], [`mapping`], [`orientation`] |
 //! | J^T W J, latents eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
@@ -30,6 +31,7 @@
 pub mod covariance;
 pub mod estimate;
 pub mod estimator;
+pub mod extents;
 pub mod factor;
 pub mod graph;
 pub mod initial;
@@ -53,6 +55,8 @@ pub use estimate::{
 };
 pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
 pub use input::EstimateError;
-pub use settings::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
+pub use settings::{
+    ExtentsSettings, GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings,
+};
 pub use solve::Outcome;
 pub use variable::Key;

@@ -10,7 +10,7 @@ use crate::settings::SolverSettings;
 use crate::sighting::Sighting;
 use crate::solve::{Outcome, Solution, solve};
 use crate::variable::{Key, Value, Values};
-use nalgebra::{DMatrix, Matrix3, Matrix6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use std::collections::BTreeMap;
 use vantage_dataset::Observations;
 use vantage_model::LatentGaussian;
@@ -110,6 +110,7 @@ impl<'m> Posterior<'m> {
                 position,
                 position_covariance,
                 size,
+                extents: extents(values, track),
                 orientation: margin.and_then(orientation),
                 latent: margin.and_then(latent),
                 bearings: of_track.len(),
@@ -137,6 +138,12 @@ impl<'m> Posterior<'m> {
             (outcome, None) => outcome,
         }
     }
+}
+
+/// The semi-axes of an object, where they are variables.
+fn extents(values: &Values, track: usize) -> Option<Vector3<f64>> {
+    let logs = values.vector(Key::Extents(track))?;
+    Some(Vector3::from_iterator(logs.iter().map(|log| libm::exp(*log))))
 }
 
 /// Places, and covariances where there are marginals, of landmarks with so many sightings each.

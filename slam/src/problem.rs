@@ -55,13 +55,17 @@ impl Problem<'_> {
                 self.settings.bearing_noise.sigma(sighting.angular_size),
                 self.settings.bearing_kernel,
             ));
-            if let Some(depth) = sighting.depth {
-                let Observations { robot_from_camera, .. } = *self.observations;
-                let keys = (Key::Robot(sighting.step), Key::Object(track));
-                let kernel = self.settings.bearing_kernel;
-                graph.push(DepthFactor::new(keys.0, keys.1, robot_from_camera, depth, kernel));
-            }
+            self.add_depth(graph, track, sighting);
         }
+    }
+
+    /// The depth of one object at one sighting, where the detector tells it.
+    pub fn add_depth(&self, graph: &mut Graph<'_>, track: usize, sighting: &Sighting) {
+        let Some(depth) = sighting.depth else { return };
+        let (robot, object) = (Key::Robot(sighting.step), Key::Object(track));
+        let Observations { robot_from_camera, .. } = *self.observations;
+        let kernel = self.settings.bearing_kernel;
+        graph.push(DepthFactor::new(robot, object, robot_from_camera, depth, kernel));
     }
 
     /// P(z^g | x_k, l_j) of Eq. 6 for some sightings of landmarks.

@@ -3,7 +3,9 @@
 use crate::noise::{BearingNoise, Kernel};
 use crate::solve::Limits;
 use garde::Validate;
-use vantage_dataset::rule::{not_negative, positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use vantage_dataset::rule::{not_nan, not_negative, positive};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 
 /// All settings; each estimator takes the groups it has a use for.
@@ -48,6 +50,21 @@ pub struct GeometrySettings {
     /// Diameter of an object's bounding sphere over the longer side of its box at the object's distance.
     #[garde(custom(positive))]
     pub size_over_box_side: f64,
+    /// Objects as ellipsoids, by the edges of their boxes; centres by bearings alone where left out.
+    #[garde(dive)]
+    pub extents: Option<ExtentsSettings>,
+}
+
+/// The prior of an object's semi-axes: log-normal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct ExtentsSettings {
+    /// Median of a semi-axis, metres.
+    #[garde(range(min = 1e-3, max = 100.0), custom(not_nan))]
+    pub half_axis: f64,
+    /// Standard deviation of its logarithm.
+    #[garde(range(min = 1e-2, max = 10.0), custom(not_nan))]
+    pub log_sigma: f64,
 }
 
 /// Semantic factors, and the prior of an object's orientation.
@@ -108,6 +125,7 @@ impl Default for GeometrySettings {
             bearing_kernel: Kernel::Huber { threshold: 2.0 },
             minimum_parallax: 0.03,
             size_over_box_side: DIAMETER_PER_BOX,
+            extents: None,
         }
     }
 }

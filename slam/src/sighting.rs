@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use vantage_dataset::{CenterDepth, Detection, LandmarkSighting, Observations};
+use vantage_dataset::{BoundingBox, Camera, CenterDepth, Detection, LandmarkSighting, Observations};
 
 /// A detection whose box is whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Sighting {
     pub ray_in_camera: Vector3<f64>,
     /// Longer side of the box over the focal length.
     pub angular_size: f64,
+    /// Left, top, right and bottom of the box as rays `(x / z, y / z)`, camera frame.
+    pub edges: [f64; 4],
     /// How far off the object's centre is, where the detector tells.
     pub depth: Option<CenterDepth>,
 }
@@ -41,10 +43,16 @@ pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>
             step: detection.step,
             ray_in_camera: camera.ray_in_camera(&detection.bounding_box.center()),
             angular_size: detection.bounding_box.side() / focal_length,
+            edges: edges(&camera, &detection.bounding_box),
             depth: detection.center_depth,
         });
     }
     (whole, truncated)
+}
+
+fn edges(camera: &Camera, bounds: &BoundingBox) -> [f64; 4] {
+    let (least, greatest) = (camera.ray_in_camera(&bounds.min), camera.ray_in_camera(&bounds.max));
+    [least.x, least.y, greatest.x, greatest.y]
 }
 
 /// All sightings of landmarks by landmark and step.

@@ -6,7 +6,7 @@ use crate::result::run::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::Row;
 use crate::score::object::ObjectEstimate;
-use nalgebra::{Matrix3, Matrix6, Point3, UnitQuaternion};
+use nalgebra::{Matrix3, Matrix6, Point3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
@@ -96,6 +96,8 @@ pub struct StoredObject {
     pub position: Point3<f64>,
     /// Covariance of the position, world axes.
     pub position_covariance: Option<Matrix3<f64>>,
+    /// Semi-axes, metres, where objects are ellipsoids.
+    pub extents: Option<Vector3<f64>>,
     /// `world_from_object`.
     pub rotation: Option<UnitQuaternion<f64>>,
     /// Covariance of the rotation's right perturbation.
@@ -111,6 +113,7 @@ impl From<&EstimatedObject> for StoredObject {
         Self {
             position: Point3::from(object.position),
             position_covariance: object.position_covariance,
+            extents: object.extents,
             rotation: object.orientation.map(|orientation| orientation.world_from_object),
             rotation_covariance: object.orientation.and_then(|orientation| orientation.covariance),
             margin: object.orientation.map(|orientation| orientation.margin).filter(|nats| nats.is_finite()),
@@ -232,7 +235,6 @@ fn answer(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn answers_round_trip_to_the_bit() {
@@ -240,6 +242,7 @@ mod tests {
         let object = StoredObject {
             position: Point3::new(0.1, 0.2, 0.3),
             position_covariance: Some(Matrix3::from_fn(|i, j| 1.0 / (3 + i + 7 * j) as f64)),
+            extents: Some(Vector3::new(0.1, 1.0 / 3.0, 0.2)),
             rotation: Some(pose.rotation),
             rotation_covariance: None,
             margin: Some(1.0 / 3.0),

@@ -8,6 +8,7 @@ use crate::scene_file::row::Row;
 use crate::score::consistency::{self, CONSISTENCY, ObjectGaussian};
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
+use crate::score::extents::{Ellipsoid, extents_error};
 use crate::score::landmark::landmark_error;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, object_scores, pose_scores};
@@ -39,6 +40,10 @@ pub fn tables(
     let mut left = Vec::new();
     let mut detections = 0;
     let mut columns = TRAJECTORY.to_vec();
+    let stored = answers.iter().flat_map(|(_, answers)| answers).flat_map(|answer| &answer.objects);
+    if stored.flatten().any(|object| object.extents.is_some()) {
+        columns.push(Metric::Extents);
+    }
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
         let truth = match episode {
             Ok(episode) => {
@@ -131,6 +136,13 @@ fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Score
     let landmarks = answer.landmarks.iter().map(|(&number, landmark)| (number, landmark.position));
     let off = landmark_error(&pairs, &truth.landmarks, landmarks);
     trajectory.extend(off.map(|off| (Metric::Landmark, off)));
+    let ellipsoid = |object: &StoredObject| {
+        let world_from_axes = object.rotation.unwrap_or_default();
+        Some(Ellipsoid { world_from_axes, semi_axes: object.extents? })
+    };
+    let ellipsoids = answer.objects.iter().map(|object| object.as_ref().and_then(ellipsoid));
+    let off = extents_error(&pairs, &truth.objects, ellipsoids);
+    trajectory.extend(off.map(|off| (Metric::Extents, off)));
     let mut consistency = consistency::pose_scores(&pairs, answer.pose_covariances.as_deref());
     let gaussian = |object: &StoredObject| ObjectGaussian {
         center_in_world: object.position,

@@ -12,6 +12,7 @@ pub mod density;
 pub mod embedded_views;
 pub mod embedding;
 pub mod entry;
+pub mod extents;
 pub mod grounding;
 pub mod heading;
 pub mod instance_posterior;

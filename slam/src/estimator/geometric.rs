@@ -2,6 +2,7 @@
 
 use super::Estimator;
 use crate::estimate::{Dropped, Estimate, Unresolved, UnresolvedReason};
+use crate::extents::add_ellipsoid;
 use crate::graph::Graph;
 use crate::initial::start_poses;
 use crate::input::{EstimateError, check_observations, check_settings};
@@ -56,7 +57,12 @@ impl Geometric {
         let mut graph = Graph::default();
         add_odometry(&mut graph, observations);
         for (&track, of_track) in &whole {
-            problem.add_bearings(&mut graph, track, of_track);
+            match &self.geometry.extents {
+                Some(extents) => {
+                    add_ellipsoid(&problem, extents, &mut graph, &mut start, track, of_track);
+                }
+                None => problem.add_bearings(&mut graph, track, of_track),
+            }
         }
         for of_landmark in landmarks.values() {
             problem.add_projections(&mut graph, of_landmark);

@@ -2,6 +2,7 @@
 
 pub mod bearing;
 pub mod between;
+pub mod box_edges;
 pub mod depth;
 pub mod prior;
 pub mod projection;
@@ -14,8 +15,9 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
+pub use box_edges::BoxEdgesFactor;
 pub use depth::DepthFactor;
-pub use prior::{PosePrior, StandardNormalPrior};
+pub use prior::{ExtentsPrior, PosePrior, StandardNormalPrior};
 pub use projection::ProjectionFactor;
 pub use semantic::SemanticFactor;
 pub use upright::UprightFactor;

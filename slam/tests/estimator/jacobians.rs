@@ -6,8 +6,8 @@ use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Pose, Seed, Stream,
 use vantage_slam::Key;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, DepthFactor, Factor, PosePrior, ProjectionFactor, SemanticFactor,
-    StandardNormalPrior, UprightFactor,
+    BearingFactor, BetweenFactor, BoxEdgesFactor, DepthFactor, ExtentsPrior, Factor, PosePrior,
+    ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::variable::{Value, Values};
@@ -120,6 +120,30 @@ fn depth_of_points_and_poses_on_either_side_of_the_camera() {
         let factor =
             DepthFactor::new(Key::Robot(0), Key::Object(0), mount, depth, Kernel::Huber { threshold: 2.0 });
         assert!(check(&factor, &values) > 1.0);
+    }
+}
+
+#[test]
+fn edges_of_ellipsoids_at_points_and_poses_and_their_prior() {
+    let mut stream = Seed(8).stream("edges", 0);
+    for round in 0..100 {
+        let robot = se3::exp(&random_tangent(&mut stream, 1.0, 1.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let ahead = Pose::translation(stream.normal(), stream.normal(), stream.uniform(1.5, 4.0));
+        let object = robot * mount * ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.0));
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(robot));
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if round % 2 == 0 { Value::Pose(object) } else { as_point });
+        let logs = DVector::from_fn(3, |_, _| stream.uniform(-3.0, -0.2));
+        values.insert(Key::Extents(0), Value::Vector(logs));
+        let edges = [-0.2, -0.1, 0.1, 0.3];
+        let keys = [Key::Robot(0), Key::Object(0), Key::Extents(0)];
+        let factor = BoxEdgesFactor::new(keys, mount, edges, 0.05, Kernel::Huber { threshold: 2.0 });
+        assert!(check(&factor, &values) > 0.5);
+        assert!(check(&ExtentsPrior::new(Key::Extents(0), 0.1, 0.5), &values) > 0.01);
+        values.insert(Key::Extents(0), Value::Vector(DVector::from_element(3, 3.0)));
+        assert!(factor.residual(&values).is_none(), "the camera is inside");
     }
 }
 

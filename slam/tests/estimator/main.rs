@@ -4,6 +4,7 @@
 
 mod consistency;
 mod depth;
+mod extents;
 mod hypotheses;
 mod input;
 mod jacobians;
