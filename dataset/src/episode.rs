@@ -71,10 +71,21 @@ pub struct Detection {
     pub bounding_box: BoundingBox,
     /// Number of pixels of the visible mask.
     pub mask_pixels: u32,
+    /// How far off the object's centre is, where the detector tells.
+    pub center_depth: Option<CenterDepth>,
     /// The crop with all but the object's own pixels black.
     pub masked_crop: Crop,
     /// The crop with its surroundings.
     pub boxed_crop: Crop,
+}
+
+/// The measured depth of an object's centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CenterDepth {
+    /// Along the optical axis: z in the camera frame, metres.
+    pub meters: f64,
+    /// Its standard deviation, metres.
+    pub sigma: f64,
 }
 
 /// One point landmark seen in one image.

@@ -99,6 +99,7 @@ mod tests {
             track,
             bounding_box: BoundingBox { min: Vector2::new(300.0, 220.0), max: Vector2::new(340.0, 260.0) },
             mask_pixels: 900,
+            center_depth: None,
             masked_crop: Crop::black(),
             boxed_crop: Crop::black(),
         };

@@ -47,8 +47,8 @@ pub use camera::Camera;
 pub use capture::{Capture, CapturedObject};
 pub use crop::Crop;
 pub use episode::{
-    BoundingBox, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth, Observations,
-    Odometry, Truth,
+    BoundingBox, CenterDepth, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth,
+    Observations, Odometry, Truth,
 };
 pub use episode_views::episode_views;
 pub use instance::{InstanceId, Split, Symmetry};

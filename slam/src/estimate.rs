@@ -2,6 +2,7 @@
 
 use crate::solve::Outcome;
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
 use vantage_dataset::Pose;
 use vantage_model::LatentGaussian;
 
@@ -19,12 +20,16 @@ pub struct Estimate {
     pub objects: Vec<Option<ObjectEstimate>>,
     /// Tracks that were seen and yet could not be placed, in order.
     pub unresolved: Vec<Unresolved>,
+    /// L by number: the landmarks that could be placed. Empty of odometry alone.
+    pub landmarks: BTreeMap<usize, LandmarkEstimate>,
+    /// Landmarks that were seen and yet could not be placed, in order.
+    pub unresolved_landmarks: Vec<UnresolvedLandmark>,
     /// Linearisations of the last problem over all variables, and of its alternatives.
     pub iterations: usize,
     /// Negative log-posterior, nats up to a constant; comparable only between answers of one estimator to one episode. Not a
     /// number where the outcome is [`Outcome::Diverged`] from the start.
     pub cost: f64,
-    /// Detections that were not used, or not fully.
+    /// Detections and sightings of landmarks that were not used, or not fully.
     pub dropped_detections: Dropped,
 }
 
@@ -37,6 +42,9 @@ pub struct ObjectEstimate {
     pub position_covariance: Option<Matrix3<f64>>,
     /// Its diameter from box and distance, metres; `None` where no view told.
     pub size: Option<f64>,
+    /// Semi-axes, metres, of an ellipsoid along its axes, or of one of revolution about the world's vertical where it has no
+    /// orientation; `None` where objects are centres alone.
+    pub extents: Option<Vector3<f64>>,
     /// Its orientation, of estimators with semantic factors and objects with semantic views.
     pub orientation: Option<Orientation>,
     /// P(e | H): mean at the maximum, marginal variances; as for the orientation.
@@ -45,6 +53,17 @@ pub struct ObjectEstimate {
     pub bearings: usize,
     /// Semantic measurements used.
     pub semantic_views: usize,
+}
+
+/// One point landmark.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LandmarkEstimate {
+    /// Where it is in the world, metres.
+    pub position: Vector3<f64>,
+    /// Covariance of the position, world axes; `None` where not asked for or not defined.
+    pub covariance: Option<Matrix3<f64>>,
+    /// Sightings used.
+    pub sightings: usize,
 }
 
 /// How an object is turned.
@@ -67,12 +86,21 @@ pub struct Unresolved {
     pub reason: UnresolvedReason,
 }
 
-/// Why a track could not be placed.
+/// A landmark that could not be placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnresolvedLandmark {
+    /// Its number.
+    pub landmark: usize,
+    /// Why.
+    pub reason: UnresolvedReason,
+}
+
+/// Why a track or landmark could not be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnresolvedReason {
     /// All its boxes touch the border of the image.
     Truncated,
-    /// Only one of its boxes does not touch the border.
+    /// Only one of its boxes does not touch the border, and that has no depth; of a landmark, one sighting.
     SeenOnce,
     /// Its rays are too close to parallel.
     NoParallax,
@@ -80,7 +108,7 @@ pub enum UnresolvedReason {
     BehindCamera,
 }
 
-/// Counts of detections that were not used, or not fully.
+/// Counts of detections and sightings of landmarks that were not used, or not fully.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
     /// Not used at all: the box touches the border of the image.
@@ -93,4 +121,8 @@ pub struct Dropped {
     pub undefined_viewpoint: usize,
     /// Bearing used, crop not: too close in viewpoint to one that is.
     pub redundant_viewpoint: usize,
+    /// Sightings of landmarks that could not be placed.
+    pub unresolved_landmark: usize,
+    /// Sightings of landmarks from where the first values have the landmark behind the camera.
+    pub landmark_behind_camera: usize,
 }

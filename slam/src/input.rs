@@ -36,6 +36,14 @@ pub enum EstimateError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// A sighting of a landmark is not usable.
+    #[error("landmark sighting {index}: {problem}")]
+    Landmark {
+        /// Its index in the observations.
+        index: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
     /// A detection is not usable.
     #[error("detection {index}: {problem}")]
     Detection {
@@ -55,7 +63,8 @@ pub fn check_settings(settings: &impl Validate<Context = ()>) -> Result<(), Esti
 pub fn check_observations(observations: &Observations) -> Result<(), EstimateError> {
     check_camera(observations)?;
     check_odometry(observations)?;
-    check_detections(observations)
+    check_detections(observations)?;
+    check_landmarks(observations)
 }
 
 /// Checks that a model's noise is that of its measurement.
@@ -113,10 +122,32 @@ fn check_detections(observations: &Observations) -> Result<(), EstimateError> {
             format!("got track {}, expected one below {MOST_TRACKS}", detection.track)
         } else if !(positive && bounds.side().is_finite() && bounds.center().iter().all(|c| c.is_finite())) {
             format!("got box {bounds:?}, expected finite edges and a positive area")
+        } else if detection
+            .center_depth
+            .is_some_and(|depth| ![depth.meters, depth.sigma].iter().all(|x| x.is_finite() && *x > 0.0))
+        {
+            format!("got {:?}, expected positive, finite metres", detection.center_depth)
         } else {
             continue;
         };
         return Err(EstimateError::Detection { index, problem });
+    }
+    Ok(())
+}
+
+fn check_landmarks(observations: &Observations) -> Result<(), EstimateError> {
+    let steps = observations.steps();
+    for (index, sighting) in observations.landmarks.iter().enumerate() {
+        let problem = if sighting.step >= steps {
+            format!("got step {}, expected one below {steps}", sighting.step)
+        } else if !sighting.pixel.iter().all(|x| x.is_finite()) {
+            format!("got pixel {}, {}, expected finite numbers", sighting.pixel.x, sighting.pixel.y)
+        } else if !(sighting.sigma.is_finite() && sighting.sigma > 0.0) {
+            format!("got sigma {}, expected a positive, finite number of pixels", sighting.sigma)
+        } else {
+            continue;
+        };
+        return Err(EstimateError::Landmark { index, problem });
     }
     Ok(())
 }

@@ -1,8 +1,9 @@
 //! The estimators: the posterior of Eq. 1-10 as a factor graph, its maximum and its marginals.
 //!
 //! ```text
-//! P(X, O, E | H)  is proportional to  prod_k  P(x_k | x_k-1, u_k-1)        factor::between, Eq. 3
-//!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::bearing, Eq. 6
+//! P(X, L, O, E | H)  is proportional to  prod_k  P(x_k | x_k-1, u_k-1)        factor::between, Eq. 3
+//!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::{bearing, box_edges, depth}, Eq. 6
+//!                                     prod_kj P(z^g_kj | x_k, l_j)         factor::projection, Eq. 6
 //!                                     prod_ki P(z^s_ki | e_i, x_rel_ki)    factor::semantic, Eq. 9-10
 //!                                     prod_i  P(o_i) P(e_i)                factor::{upright, prior}
 //! ```
@@ -10,12 +11,13 @@
 //! | symbol | module |
 //! |---|---|
 //! | which of the factors: one file an estimator | [`mod@estimator`] |
-//! | X, O, E: SE(3) poses, points, latent vectors | [`variable`] |
+//! | X, L, O, E: SE(3) poses, points, latent vectors | [`variable`] |
 //! | U, Z^g, Z^s as factors | [`problem`], [`sighting`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
+//! | objects as ellipsoids | [`mod@extents`] |
 //! | start values | [`initial`], [`mapping`], [`orientation`] |
 //! | J^T W J, latents eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
@@ -31,6 +33,7 @@ pub mod covariance;
 pub mod discrepancy;
 pub mod estimate;
 pub mod estimator;
+pub mod extents;
 pub mod factor;
 pub mod graph;
 pub mod initial;
@@ -48,11 +51,15 @@ pub mod sighting;
 pub mod solve;
 pub mod variable;
 
-pub use estimate::{Dropped, Estimate, ObjectEstimate, Orientation, Unresolved, UnresolvedReason};
+pub use estimate::{
+    Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
+    UnresolvedReason,
+};
 pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
 pub use input::EstimateError;
 pub use settings::{
-    AzimuthDiscrepancy, GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings,
+    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OrientationSettings, SemanticSettings, Settings,
+    SolverSettings,
 };
 pub use solve::Outcome;
 pub use variable::Key;

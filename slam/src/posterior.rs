@@ -1,14 +1,16 @@
 //! A posterior at its maximum, and the estimate that is read off it.
 
 use crate::covariance::Marginals;
-use crate::estimate::{Dropped, Estimate, ObjectEstimate, Orientation, Unresolved};
+use crate::estimate::{
+    Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
+};
 use crate::graph::Graph;
 use crate::linear::Structure;
 use crate::settings::SolverSettings;
 use crate::sighting::Sighting;
 use crate::solve::{Outcome, Solution, solve};
 use crate::variable::{Key, Value, Values};
-use nalgebra::{DMatrix, Matrix3, Matrix6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use std::collections::BTreeMap;
 use vantage_dataset::Observations;
 use vantage_model::LatentGaussian;
@@ -25,7 +27,11 @@ pub struct Posterior<'m> {
     pub sightings: BTreeMap<usize, Vec<Sighting>>,
     /// Tracks that were seen and yet not placed, in order.
     pub unresolved: Vec<Unresolved>,
-    /// Detections that were not used, or not fully.
+    /// Sightings used of the landmarks that were placed, by landmark.
+    pub landmarks: BTreeMap<usize, usize>,
+    /// Landmarks that were seen and yet not placed, in order.
+    pub unresolved_landmarks: Vec<UnresolvedLandmark>,
+    /// Detections and sightings that were not used, or not fully.
     pub dropped: Dropped,
 }
 
@@ -51,8 +57,16 @@ impl<'m> Posterior<'m> {
     ) -> Self {
         let unanchored = graph.first_unanchored(&start);
         let solution = solve(&graph, start, |_| true, solver.limits());
-        let (unresolved, dropped) = (Vec::new(), Dropped::default());
-        Self { graph, solution, unanchored, sightings, unresolved, dropped }
+        Self {
+            graph,
+            solution,
+            unanchored,
+            sightings,
+            unresolved: Vec::new(),
+            landmarks: BTreeMap::new(),
+            unresolved_landmarks: Vec::new(),
+            dropped: Dropped::default(),
+        }
     }
 
     /// The estimate: values, and marginals where the settings ask for them; `seen` tells of each placed object.
@@ -96,6 +110,7 @@ impl<'m> Posterior<'m> {
                 position,
                 position_covariance,
                 size,
+                extents: extents(values, track),
                 orientation: margin.and_then(orientation),
                 latent: margin.and_then(latent),
                 bearings: of_track.len(),
@@ -108,6 +123,8 @@ impl<'m> Posterior<'m> {
             pose_covariances,
             objects: estimates,
             unresolved: self.unresolved,
+            landmarks: estimated_landmarks(&self.landmarks, values, wanted),
+            unresolved_landmarks: self.unresolved_landmarks,
             iterations: self.solution.iterations,
             cost: self.solution.cost,
             dropped_detections: self.dropped,
@@ -121,6 +138,29 @@ impl<'m> Posterior<'m> {
             (outcome, None) => outcome,
         }
     }
+}
+
+/// The semi-axes of an object, where they are variables.
+fn extents(values: &Values, track: usize) -> Option<Vector3<f64>> {
+    let logs = values.vector(Key::Extents(track))?;
+    Some(Vector3::from_iterator(logs.iter().map(|log| libm::exp(*log))))
+}
+
+/// Places, and covariances where there are marginals, of landmarks with so many sightings each.
+fn estimated_landmarks(
+    sightings: &BTreeMap<usize, usize>,
+    values: &Values,
+    marginals: Option<&Marginals<'_>>,
+) -> BTreeMap<usize, LandmarkEstimate> {
+    let keys: Vec<Key> = sightings.keys().map(|&landmark| Key::Landmark(landmark)).collect();
+    let covariances =
+        marginals.map_or_else(|| vec![None; keys.len()], |marginals| marginals.covariances(&keys));
+    let estimate = |((&landmark, &sightings), covariance): ((&usize, &usize), Option<DMatrix<f64>>)| {
+        let position = values.get(Key::Landmark(landmark))?.position()?;
+        let covariance = covariance.map(|covariance| Matrix3::from_column_slice(covariance.as_slice()));
+        Some((landmark, LandmarkEstimate { position, covariance, sightings }))
+    };
+    sightings.iter().zip(covariances).filter_map(estimate).collect()
 }
 
 /// Covariances of position (world axes) and rotation (right perturbation) from that of a pose or point.

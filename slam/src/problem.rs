@@ -1,6 +1,6 @@
-//! The geometric problem of an episode: the factors that odometry and boxes make, and the sizes boxes tell.
+//! The geometric problem of an episode: the factors that odometry, boxes and landmarks make, and the sizes boxes tell.
 
-use crate::factor::{BearingFactor, BetweenFactor, PosePrior};
+use crate::factor::{BearingFactor, BetweenFactor, DepthFactor, PosePrior, ProjectionFactor};
 use crate::graph::Graph;
 use crate::noise::sqrt_information;
 use crate::settings::GeometrySettings;
@@ -8,7 +8,7 @@ use crate::sighting::Sighting;
 use crate::variable::{Key, Values};
 use nalgebra::Matrix6;
 use vantage_dataset::median::median;
-use vantage_dataset::{Observations, Pose};
+use vantage_dataset::{LandmarkSighting, Observations, Pose};
 
 /// Information of the first pose's prior, which fixes the world frame: a millionth of a radian and metre.
 const GAUGE_SQRT_INFORMATION: f64 = 1e6;
@@ -29,7 +29,7 @@ pub fn add_odometry(graph: &mut Graph<'_>, observations: &Observations) {
     }
 }
 
-/// One episode's boxes under some settings.
+/// One episode's boxes and landmarks under some settings.
 #[derive(Clone, Copy)]
 pub struct Problem<'a> {
     /// What the robot observed.
@@ -44,7 +44,7 @@ impl Problem<'_> {
         Some(values.pose(Key::Robot(step))? * self.observations.robot_from_camera)
     }
 
-    /// P(z^g | x_k, o_i) of Eq. 6 for one object.
+    /// P(z^g | x_k, o_i) of Eq. 6 for one object: bearings, and depths where the detector tells them.
     pub fn add_bearings(&self, graph: &mut Graph<'_>, track: usize, sightings: &[Sighting]) {
         for sighting in sightings {
             graph.push(BearingFactor::new(
@@ -55,6 +55,25 @@ impl Problem<'_> {
                 self.settings.bearing_noise.sigma(sighting.angular_size),
                 self.settings.bearing_kernel,
             ));
+            self.add_depth(graph, track, sighting);
+        }
+    }
+
+    /// The depth of one object at one sighting, where the detector tells it.
+    pub fn add_depth(&self, graph: &mut Graph<'_>, track: usize, sighting: &Sighting) {
+        let Some(depth) = sighting.depth else { return };
+        let (robot, object) = (Key::Robot(sighting.step), Key::Object(track));
+        let Observations { robot_from_camera, .. } = *self.observations;
+        let kernel = self.settings.bearing_kernel;
+        graph.push(DepthFactor::new(robot, object, robot_from_camera, depth, kernel));
+    }
+
+    /// P(z^g | x_k, l_j) of Eq. 6 for some sightings of landmarks.
+    pub fn add_projections(&self, graph: &mut Graph<'_>, sightings: &[LandmarkSighting]) {
+        let Observations { camera, robot_from_camera, .. } = *self.observations;
+        for sighting in sightings {
+            let kernel = self.settings.bearing_kernel;
+            graph.push(ProjectionFactor::new(sighting, camera, robot_from_camera, kernel));
         }
     }
 

@@ -35,21 +35,36 @@ pub struct SolverSettings {
     pub covariances: bool,
 }
 
-/// Boxes, and objects placed by them.
+/// Boxes and landmarks' pixels, and what is placed by them.
 #[derive(Clone, Copy, Debug, PartialEq, Validate)]
 pub struct GeometrySettings {
     /// Noise of the bearings.
     #[garde(dive)]
     pub bearing_noise: BearingNoise,
-    /// Kernel of the bearings.
+    /// Kernel of the bearings, of depths and of landmarks' pixels.
     #[garde(dive)]
     pub bearing_kernel: Kernel,
-    /// Smallest angle, radians, between two rays to an object that is to be placed.
+    /// Smallest angle, radians, between two rays to an object or landmark that is to be placed.
     #[garde(custom(positive))]
     pub minimum_parallax: f64,
     /// Diameter of an object's bounding sphere over the longer side of its box at the object's distance.
     #[garde(custom(positive))]
     pub size_over_box_side: f64,
+    /// Objects as ellipsoids, by the edges of their boxes; centres by bearings alone where left out.
+    #[garde(dive)]
+    pub extents: Option<ExtentsSettings>,
+}
+
+/// The prior of an object's semi-axes: log-normal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct ExtentsSettings {
+    /// Median of a semi-axis, metres.
+    #[garde(range(min = 1e-3, max = 100.0), custom(not_nan))]
+    pub half_axis: f64,
+    /// Standard deviation of its logarithm.
+    #[garde(range(min = 1e-2, max = 10.0), custom(not_nan))]
+    pub log_sigma: f64,
 }
 
 /// Semantic factors, and the prior of an object's orientation.
@@ -125,6 +140,7 @@ impl Default for GeometrySettings {
             bearing_kernel: Kernel::Huber { threshold: 2.0 },
             minimum_parallax: 0.03,
             size_over_box_side: DIAMETER_PER_BOX,
+            extents: None,
         }
     }
 }

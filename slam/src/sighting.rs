@@ -1,9 +1,9 @@
-//! Detections as the graph uses them: rays with an angular size, grouped by track.
+//! Detections and landmarks as the graph uses them: rays with an angular size by track, pixels by landmark.
 
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use vantage_dataset::{Detection, Observations};
+use vantage_dataset::{BoundingBox, Camera, CenterDepth, Detection, LandmarkSighting, Observations};
 
 /// A detection whose box is whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,10 @@ pub struct Sighting {
     pub ray_in_camera: Vector3<f64>,
     /// Longer side of the box over the focal length.
     pub angular_size: f64,
+    /// Left, top, right and bottom of the box as rays `(x / z, y / z)`, camera frame.
+    pub edges: [f64; 4],
+    /// How far off the object's centre is, where the detector tells.
+    pub depth: Option<CenterDepth>,
 }
 
 /// All whole detections by track and step, and the number of truncated ones by track.
@@ -39,15 +43,40 @@ pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>
             step: detection.step,
             ray_in_camera: camera.ray_in_camera(&detection.bounding_box.center()),
             angular_size: detection.bounding_box.side() / focal_length,
+            edges: edges(&camera, &detection.bounding_box),
+            depth: detection.center_depth,
         });
     }
     (whole, truncated)
 }
 
+fn edges(camera: &Camera, bounds: &BoundingBox) -> [f64; 4] {
+    let (least, greatest) = (camera.ray_in_camera(&bounds.min), camera.ray_in_camera(&bounds.max));
+    [least.x, least.y, greatest.x, greatest.y]
+}
+
+/// All sightings of landmarks by landmark and step.
+///
+/// The order does not depend on the order of the sightings.
+pub fn landmark_sightings(observations: &Observations) -> BTreeMap<usize, Vec<LandmarkSighting>> {
+    let mut sorted = observations.landmarks.clone();
+    let numbers = |s: &LandmarkSighting| [s.pixel.x, s.pixel.y, s.sigma];
+    sorted.sort_by(|a, b| {
+        let differ = numbers(a).iter().zip(numbers(b)).map(|(x, y)| x.total_cmp(&y)).find(|o| o.is_ne());
+        a.step.cmp(&b.step).then(differ.unwrap_or(Ordering::Equal))
+    });
+    let mut of: BTreeMap<usize, Vec<LandmarkSighting>> = BTreeMap::new();
+    for sighting in sorted {
+        of.entry(sighting.landmark).or_default().push(sighting);
+    }
+    of
+}
+
 fn compare(a: &Detection, b: &Detection) -> Ordering {
     let numbers = |d: &Detection| {
         let bounds = d.bounding_box;
-        [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y]
+        let depth = d.center_depth.map_or([0.0; 2], |depth| [depth.meters, depth.sigma]);
+        [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y, depth[0], depth[1]]
     };
     (a.track, a.step)
         .cmp(&(b.track, b.step))

@@ -1,4 +1,4 @@
-//! The variables: robot poses X, objects O and latents E, with their retraction.
+//! The variables: robot poses X, objects O with their extents, latents E and landmarks L, with their retraction.
 
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
@@ -14,6 +14,10 @@ pub enum Key {
     Object(usize),
     /// `e_i`: the latent of a track.
     Latent(usize),
+    /// `l_j`: a point landmark, by its number.
+    Landmark(usize),
+    /// Logarithms of the semi-axes, metres, of the object of a track.
+    Extents(usize),
 }
 
 impl fmt::Display for Key {
@@ -22,6 +26,8 @@ impl fmt::Display for Key {
             Key::Robot(step) => write!(f, "the robot's pose at step {step}"),
             Key::Object(track) => write!(f, "the object of track {track}"),
             Key::Latent(track) => write!(f, "the latent of track {track}"),
+            Key::Landmark(landmark) => write!(f, "landmark {landmark}"),
+            Key::Extents(track) => write!(f, "the extents of track {track}"),
         }
     }
 }

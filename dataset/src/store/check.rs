@@ -81,6 +81,11 @@ pub(super) fn observations(o: &Observations) -> Result<(), Fault> {
         place.require(d.track <= LARGEST_INDEX, "track", d.track, &format!("at most {LARGEST_INDEX}"))?;
         bounding_box(place, &d.bounding_box)?;
         place.require(d.mask_pixels > 0, "mask_pixels", d.mask_pixels, "at least 1")?;
+        if let Some(depth) = d.center_depth {
+            let (place, positive) = (Place::file(tables::DEPTHS.file), |x: f64| x.is_finite() && x > 0.0);
+            place.require(positive(depth.meters), "depth", depth.meters, "positive and finite")?;
+            place.require(positive(depth.sigma), "sigma", depth.sigma, "positive and finite")?;
+        }
     }
     for (i, sighting) in o.landmarks.iter().enumerate() {
         let place = Place::row(&tables::LANDMARK_SIGHTINGS, i);

@@ -8,13 +8,13 @@ use super::manifest::{Content, Manifest, Provenance, read_manifest, withdraw};
 use super::npy::{read_crops, write_crops};
 use super::pose_fields::{from_fields, pose_fields};
 use super::tables::{
-    BOXED_CROPS, CAMERA, DETECTION_TRUTHS, DETECTIONS, EXTENTS, LANDMARK_SIGHTINGS, LANDMARKS, MASKED_CROPS,
-    OBJECTS, ODOMETRY, ROBOT, TIMESTAMPS,
+    BOXED_CROPS, CAMERA, DEPTHS, DETECTION_TRUTHS, DETECTIONS, EXTENTS, LANDMARK_SIGHTINGS, LANDMARKS,
+    MASKED_CROPS, OBJECTS, ODOMETRY, ROBOT, TIMESTAMPS,
 };
 use super::tum::{read_robot, write_tum};
 use crate::{
-    BoundingBox, Camera, Crop, Detection, DetectionTruth, Episode, Extents, InstanceId, LandmarkSighting,
-    ObjectTruth, Observations, Odometry, Pose, Seed, Truth,
+    BoundingBox, Camera, CenterDepth, Crop, Detection, DetectionTruth, Episode, Extents, InstanceId,
+    LandmarkSighting, ObjectTruth, Observations, Odometry, Pose, Seed, Truth,
 };
 use nalgebra::{Matrix6, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,15 @@ pub fn write_episode(
             row.put(d.mask_pixels)
         })
     })?;
+    let depths = || o.detections.iter().enumerate().filter_map(|(i, d)| Some((i, d.center_depth?)));
+    if depths().next().is_some() {
+        write(DEPTHS.file, &|sink| {
+            DEPTHS.write(sink, depths(), |row, (detection, depth)| {
+                row.put(detection)?;
+                row.put_floats([&depth.meters, &depth.sigma])
+            })
+        })?;
+    }
     write(ODOMETRY.file, &|sink| {
         ODOMETRY.write(sink, &o.odometry, |row, measured| {
             row.put(measured.from)?;
@@ -188,16 +197,22 @@ fn observations(folder: &Path, manifest: &Manifest) -> Result<(Seed, Observation
         })
     };
     let (masked, boxed) = (crops(MASKED_CROPS)?, crops(BOXED_CROPS)?);
+    let mut depths = vec![None; rows.len()];
+    let listed = manifest.read_table_if_listed(folder, &DEPTHS, |row| {
+        let number = |text: &str| text.parse().ok().filter(|i| *i < rows.len());
+        let detection: usize = row.take_with("the number of a detection", number)?;
+        let [meters, sigma] = row.take_floats()?;
+        Ok((detection, CenterDepth { meters, sigma }))
+    })?;
+    for (detection, depth) in listed.into_iter().flatten() {
+        depths[detection] = Some(depth);
+    }
     let detections = rows
         .into_iter()
+        .zip(depths)
         .zip(masked.into_iter().zip(boxed))
-        .map(|((step, track, bounding_box, mask_pixels), (masked_crop, boxed_crop))| Detection {
-            step,
-            track,
-            bounding_box,
-            mask_pixels,
-            masked_crop,
-            boxed_crop,
+        .map(|(((step, track, bounding_box, mask_pixels), center_depth), (masked_crop, boxed_crop))| {
+            Detection { step, track, bounding_box, mask_pixels, center_depth, masked_crop, boxed_crop }
         })
         .collect();
     let landmarks = manifest.read_table_if_listed(folder, &LANDMARK_SIGHTINGS, |row| {

@@ -24,6 +24,10 @@ pub(super) const DETECTIONS: Table = Table {
     style: Style::Csv,
 };
 
+/// Rows only for the detections that have a depth; the file only where there are any.
+pub(super) const DEPTHS: Table =
+    Table { file: "depths.csv", columns: &["detection", "depth", "sigma"], style: Style::Csv };
+
 pub(super) const ODOMETRY: Table = Table {
     file: "odometry.csv",
     columns: &[

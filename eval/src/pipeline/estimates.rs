@@ -6,14 +6,17 @@ use crate::result::run::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::Row;
 use crate::score::object::ObjectEstimate;
-use nalgebra::{Matrix3, Matrix6, Point3, UnitQuaternion};
+use nalgebra::{Matrix3, Matrix6, Point3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use vantage_dataset::store::{Key, read_observations};
 use vantage_dataset::{Observations, Pose, Seed};
-use vantage_slam::{Estimate, EstimateError, ObjectEstimate as EstimatedObject, Outcome as Ending};
+use vantage_slam::{
+    Estimate, EstimateError, LandmarkEstimate, ObjectEstimate as EstimatedObject, Outcome as Ending,
+};
 
 const FILE: &str = "answer.json";
 
@@ -63,8 +66,26 @@ pub struct Answer {
     pub pose_covariances: Option<Vec<Matrix6<f64>>>,
     /// The objects by track.
     pub objects: Vec<Option<StoredObject>>,
+    /// The landmarks that were placed, by number.
+    pub landmarks: BTreeMap<usize, StoredLandmark>,
     /// Detections whose crop could not be used.
     pub dropped: usize,
+}
+
+/// A landmark as it is stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoredLandmark {
+    /// Where it is in the world, metres.
+    pub position: Point3<f64>,
+    /// Covariance of the position, world axes.
+    pub covariance: Option<Matrix3<f64>>,
+}
+
+impl From<&LandmarkEstimate> for StoredLandmark {
+    fn from(landmark: &LandmarkEstimate) -> Self {
+        Self { position: Point3::from(landmark.position), covariance: landmark.covariance }
+    }
 }
 
 /// An object as it is stored; orientation and latent are those of a semantic estimator.
@@ -75,6 +96,8 @@ pub struct StoredObject {
     pub position: Point3<f64>,
     /// Covariance of the position, world axes.
     pub position_covariance: Option<Matrix3<f64>>,
+    /// Semi-axes, metres, where objects are ellipsoids.
+    pub extents: Option<Vector3<f64>>,
     /// `world_from_object`.
     pub rotation: Option<UnitQuaternion<f64>>,
     /// Covariance of the rotation's right perturbation.
@@ -90,6 +113,7 @@ impl From<&EstimatedObject> for StoredObject {
         Self {
             position: Point3::from(object.position),
             position_covariance: object.position_covariance,
+            extents: object.extents,
             rotation: object.orientation.map(|orientation| orientation.world_from_object),
             rotation_covariance: object.orientation.and_then(|orientation| orientation.covariance),
             margin: object.orientation.map(|orientation| orientation.margin).filter(|nats| nats.is_finite()),
@@ -118,6 +142,11 @@ impl Answer {
             world_from_robot: estimate.world_from_robot,
             pose_covariances: estimate.pose_covariances,
             objects: estimate.objects.iter().map(|object| object.as_ref().map(StoredObject::from)).collect(),
+            landmarks: estimate
+                .landmarks
+                .iter()
+                .map(|(&number, landmark)| (number, landmark.into()))
+                .collect(),
             dropped: dropped.non_finite + dropped.undefined_viewpoint,
         }
     }
@@ -128,6 +157,7 @@ impl Answer {
             world_from_robot: Vec::new(),
             pose_covariances: None,
             objects: Vec::new(),
+            landmarks: BTreeMap::new(),
             dropped: 0,
         }
     }
@@ -205,7 +235,6 @@ fn answer(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn answers_round_trip_to_the_bit() {
@@ -213,16 +242,22 @@ mod tests {
         let object = StoredObject {
             position: Point3::new(0.1, 0.2, 0.3),
             position_covariance: Some(Matrix3::from_fn(|i, j| 1.0 / (3 + i + 7 * j) as f64)),
+            extents: Some(Vector3::new(0.1, 1.0 / 3.0, 0.2)),
             rotation: Some(pose.rotation),
             rotation_covariance: None,
             margin: Some(1.0 / 3.0),
             latent: Some([vec![0.1, -0.2], vec![1.0 / 7.0, 1e-300]]),
+        };
+        let landmark = StoredLandmark {
+            position: Point3::new(1.0 / 3.0, -0.2, 1e-9),
+            covariance: Some(Matrix3::from_fn(|i, j| 1.0 / (5 + i + 3 * j) as f64)),
         };
         let answer = Answer {
             outcome: Outcome::Done,
             world_from_robot: vec![pose],
             pose_covariances: Some(vec![Matrix6::from_fn(|i, j| 1.0 / (1 + i + 5 * j) as f64)]),
             objects: vec![None, Some(object)],
+            landmarks: BTreeMap::from([(7, landmark)]),
             dropped: 1,
         };
         let json = serde_json::to_string(&answer).unwrap();

@@ -1,12 +1,15 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
 use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError, StoredObject, beliefs};
+use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
 use crate::scene_file::row::Row;
 use crate::score::consistency::{self, CONSISTENCY, ObjectGaussian};
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
+use crate::score::extents::{Ellipsoid, extents_error};
+use crate::score::landmark::landmark_error;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, object_scores, pose_scores};
 use crate::score::unseen::Unseen;
@@ -36,12 +39,20 @@ pub fn tables(
     let (mut runs, mut consistent) = (Vec::new(), Vec::new());
     let mut left = Vec::new();
     let mut detections = 0;
+    let mut columns = TRAJECTORY.to_vec();
+    let stored = answers.iter().flat_map(|(_, answers)| answers).flat_map(|answer| &answer.objects);
+    if stored.flatten().any(|object| object.extents.is_some()) {
+        columns.push(Metric::Extents);
+    }
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
         let truth = match episode {
             Ok(episode) => {
                 let truth = read_truth(&episode.folder)?;
                 let observations = read_observations(&episode.folder)?;
                 let of_objects = |detection: &&Detection| detection.track < truth.objects.len();
+                if !truth.landmarks.is_empty() && !columns.contains(&Metric::Landmark) {
+                    columns.push(Metric::Landmark);
+                }
                 detections += observations.detections.iter().filter(of_objects).count();
                 for entry in entries {
                     runs.push(entered(entry, *seed, &observations.timestamps, &truth)?);
@@ -71,7 +82,7 @@ pub fn tables(
     let names: Vec<&str> = own.iter().copied().chain(entries.iter().map(|entry| &*entry.name)).collect();
     let mut tables = Vec::new();
     if !episodes.is_empty() {
-        tables.push(Table::new(TRAJECTORIES, &names, reference.as_deref(), &TRAJECTORY, seeds, runs)?);
+        tables.push(Table::new(TRAJECTORIES, &names, reference.as_deref(), &columns, seeds, runs)?);
         tables.push(Table::new(CONSISTENCY, &own, None, &consistency::COLUMNS, seeds, consistent)?);
         tables.extend(beliefs::table(&own, seeds, left)?);
     }
@@ -122,6 +133,16 @@ fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Score
     let mut trajectory = pose_scores(&pairs);
     let objects = answer.scored_objects(truth.objects.len());
     trajectory.extend(object_scores(&pairs, &truth.objects, &objects, heading));
+    let landmarks = answer.landmarks.iter().map(|(&number, landmark)| (number, landmark.position));
+    let off = landmark_error(&pairs, &truth.landmarks, landmarks);
+    trajectory.extend(off.map(|off| (Metric::Landmark, off)));
+    let ellipsoid = |object: &StoredObject| {
+        let world_from_axes = object.rotation.unwrap_or_default();
+        Some(Ellipsoid { world_from_axes, semi_axes: object.extents? })
+    };
+    let ellipsoids = answer.objects.iter().map(|object| object.as_ref().and_then(ellipsoid));
+    let off = extents_error(&pairs, &truth.objects, ellipsoids);
+    trajectory.extend(off.map(|off| (Metric::Extents, off)));
     let mut consistency = consistency::pose_scores(&pairs, answer.pose_covariances.as_deref());
     let gaussian = |object: &StoredObject| ObjectGaussian {
         center_in_world: object.position,

@@ -41,6 +41,10 @@ metrics! {
     ObjectCenter => "Object centre", "object_center_m", Meter, Lower;
     /// Orientation error of objects modulo symmetry.
     ObjectOrientation => "Object orient.", "object_orientation_rad", Radian, Lower;
+    /// Distance of point landmarks: [`crate::score::landmark::landmark_error`].
+    Landmark => "Landmark", "landmark_m", Meter, Lower;
+    /// Half the width of objects along their axes: [`crate::score::extents::extents_error`].
+    Extents => "Extents", "extents_m", Meter, Lower;
     /// Adjusted Rand index: [`crate::score::clustering::cluster_scores`].
     Ari => "ARI", "ari", Ratio, Higher;
     /// Normalized mutual information.

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use vantage_dataset::rule::not_nan;
 use vantage_slam::noise::{BearingNoise, Kernel};
 use vantage_slam::{
-    AzimuthDiscrepancy, GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings,
+    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OrientationSettings, SemanticSettings, Settings,
+    SolverSettings,
 };
 
 /// Settings of the estimator; every field has a default.
@@ -31,12 +32,17 @@ pub struct EstimatorSpec {
     /// Noise of the bearings. Default: 0.003 fixed, 0.05 per angular size of the box.
     #[garde(dive)]
     pub bearing_noise: BearingNoise,
-    /// Kernel of the bearings. Default: Huber with threshold 2.
+    /// Kernel of the bearings, of depths and of landmarks' pixels. Default: Huber with threshold 2.
     #[garde(dive)]
     pub bearing_kernel: Kernel,
-    /// Smallest angle, radians, between two rays to an object that is to be placed. Default: 0.03.
+    /// Smallest angle, radians, between two rays to an object or landmark that is to be placed. Default: 0.03.
     #[garde(range(min = 1e-4, max = 3.0), custom(not_nan))]
     pub minimum_parallax: f64,
+    /// The prior of the semi-axes of objects that are ellipsoids, estimated from all edges of their boxes. Default: left out, and
+    /// objects are centres by bearings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub extents: Option<ExtentsSettings>,
 
     /// Standard deviation, radians, of an object's tilt about either horizontal axis. Default: 0.05.
     #[garde(range(min = 1e-4, max = 10.0), custom(not_nan))]
@@ -92,6 +98,7 @@ impl EstimatorSpec {
                 bearing_kernel: self.bearing_kernel,
                 minimum_parallax: self.minimum_parallax,
                 size_over_box_side: self.size_over_box_side,
+                extents: self.extents,
             },
             semantics: SemanticSettings {
                 tilt_sigma: self.tilt_sigma,
@@ -122,6 +129,7 @@ impl Default for EstimatorSpec {
             bearing_noise: geometry.bearing_noise,
             bearing_kernel: geometry.bearing_kernel,
             minimum_parallax: geometry.minimum_parallax,
+            extents: geometry.extents,
             tilt_sigma: semantics.tilt_sigma,
             size_over_box_side: geometry.size_over_box_side,
             semantic_noise_scale: semantics.noise_scale,
@@ -172,7 +180,8 @@ mod tests {
             EstimatorSpec { rows: vec![], ..ok.clone() },
             EstimatorSpec { semantic_information_scale: -1.0, ..ok.clone() },
             EstimatorSpec { bearing_noise: BearingNoise { fixed: 0.0, proportional: 0.0 }, ..ok.clone() },
-            EstimatorSpec { bearing_kernel: Kernel::Huber { threshold: f64::NAN }, ..ok },
+            EstimatorSpec { bearing_kernel: Kernel::Huber { threshold: f64::NAN }, ..ok.clone() },
+            EstimatorSpec { extents: Some(ExtentsSettings { half_axis: 0.0, log_sigma: 0.5 }), ..ok },
         ];
         for spec in bad {
             assert!(spec.validate().is_err(), "{spec:?}");

@@ -11,7 +11,7 @@ use vantage_dataset::ObjectTruth;
 
 /// The name of the table of trajectories.
 pub const TRAJECTORIES: &str = "trajectory";
-/// Its columns.
+/// Its columns; [`Metric::Landmark`] is another where the world has landmarks, [`Metric::Extents`] where objects are ellipsoids.
 pub const TRAJECTORY: [Metric; 7] = [
     Metric::Ate,
     Metric::AteUmeyama,

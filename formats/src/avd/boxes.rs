@@ -133,6 +133,7 @@ impl BoxReader<'_> {
                 track,
                 bounding_box,
                 mask_pixels,
+                center_depth: None,
                 masked_crop: crop.clone(),
                 boxed_crop: crop,
             },

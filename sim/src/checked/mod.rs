@@ -11,7 +11,7 @@ pub use view_conditions::ViewConditions;
 use crate::error::{Progress, Stage};
 use crate::mesh_file::MeshFileError;
 use crate::object::{Fixture, MeshLibrary};
-use crate::scene::{RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
+use crate::scene::{DetectorSpec, RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
 use garde::Validate;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -115,7 +115,8 @@ impl CheckedScene {
             spacing: self.spec.world.spacing,
             lighting: self.spec.world.lighting.clone(),
             camera: self.spec.sensors.camera.clone(),
-            detector: self.spec.sensors.detector.clone(),
+            // Views have no depth.
+            detector: DetectorSpec { depth_sigma: None, ..self.spec.sensors.detector.clone() },
             views: self.spec.views.clone(),
         }
     }

@@ -147,6 +147,12 @@ pub struct DetectorSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub faults: Option<DetectorFaultsSpec>,
+    /// Standard deviation of the depth that it tells of an object's centre, along the optical axis, metres; it tells none where left
+    /// out.
+    #[schemars(range(min = 1e-4, max = 10.0))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(range(min = 1e-4, max = 10.0), custom(not_nan)))]
+    pub depth_sigma: Option<f64>,
 }
 
 /// Mistakes of a detector.

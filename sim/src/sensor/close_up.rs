@@ -4,7 +4,7 @@ use crate::error::SimError;
 use crate::render::{NO_OBJECT, RenderScene, Renderer, Shot, Tile, TileShot};
 use crate::scene::SensorSpec;
 use crate::sensor::detector::Target;
-use crate::sensor::{bounds, fault, image};
+use crate::sensor::{bounds, depth, fault, image};
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use vantage_dataset::Mask;
@@ -46,7 +46,7 @@ pub fn detect(
             .par_iter()
             .zip(tiles)
             .enumerate()
-            .map(|(i, (shot, tile))| report(spec, first + i, shot, tile, seed))
+            .map(|(i, (shot, tile))| report(spec, target, first + i, shot, tile, seed))
             .collect();
         seen.extend(detections.into_iter().flatten());
     }
@@ -87,6 +87,7 @@ fn cut_off(shot: &TileShot<'_>, tile: &mut Tile) {
 
 fn report(
     spec: &SensorSpec,
+    target: &Target,
     step: usize,
     shot: &TileShot<'_>,
     mut tile: Tile,
@@ -115,11 +116,13 @@ fn report(
     let corner = Vector2::from(shot.center).add_scalar(-shot.side / 2.0);
     let drawn = Labelled { width: TILE_SIDE as usize, rgb: &tile.rgb, ids: &tile.ids };
     let window = Window::around(&in_tile);
+    let camera_from_object = shot.shot.world_from_camera.inv_mul(&target.world_from_object);
     let detection = Detection {
         step,
         track: TARGET.1,
         bounding_box: BoundingBox { min: corner + in_tile.min * scale, max: corner + in_tile.max * scale },
         mask_pixels: pixels.round() as u32,
+        center_depth: depth::measured(detector, &camera_from_object, fault::number(step, TARGET.1), seed),
         masked_crop: cut(&drawn, &window, Some(TARGET.0)),
         boxed_crop: cut(&drawn, &window, None),
     };

@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use crate::render::{Frame, RenderScene, Renderer, Shot, TileShot};
 use crate::scene::DetectorSpec;
-use crate::sensor::{bounds, fault};
+use crate::sensor::{bounds, depth, fault};
 use nalgebra::Vector3;
 use vantage_dataset::window::{Labelled, MARGIN, Window, cut};
 use vantage_dataset::{Detection, DetectionTruth, Mask, Pose, Seed};
@@ -53,11 +53,13 @@ pub fn detect(
                 None => mask.bounding_box,
             };
             let window = Window::around(&bounding_box);
+            let camera_from_object = shot.world_from_camera.inv_mul(&targets[track].world_from_object);
             let detection = Detection {
                 step,
                 track,
                 bounding_box,
                 mask_pixels: mask.pixels,
+                center_depth: depth::measured(spec, &camera_from_object, fault::number(step, track), seed),
                 masked_crop: cut(&image, &window, Some(track as u32 + 1)),
                 boxed_crop: cut(&image, &window, None),
             };

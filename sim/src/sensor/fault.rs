@@ -61,6 +61,7 @@ pub fn false_detections(
                 track: first_track + i,
                 bounding_box,
                 mask_pixels,
+                center_depth: None,
                 masked_crop: cut(&Labelled { ids: &ids, ..*image }, &window, Some(INSIDE)),
                 boxed_crop: cut(image, &window, None),
             }

@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod close_up;
+pub mod depth;
 pub mod detector;
 pub mod fault;
 pub mod image;

@@ -11,7 +11,8 @@ use vantage_sim::scene::{DetectorSpec, RobotSpec};
 use vantage_sim::sensor::detector::{Target, detect};
 use vantage_sim::simulate;
 
-const DETECTOR: DetectorSpec = DetectorSpec { min_visible_fraction: 0.1, min_mask_pixels: 10, faults: None };
+const DETECTOR: DetectorSpec =
+    DetectorSpec { min_visible_fraction: 0.1, min_mask_pixels: 10, faults: None, depth_sigma: None };
 
 /// Objects of one family at given points, seen by a level camera at the origin that looks along x.
 struct Arrangement {

@@ -35,7 +35,8 @@ fn detection_crop(object: &Object, viewpoint: &Viewpoint, camera: Camera) -> Cro
     let shot = Shot { camera, world_from_camera: object_from_camera(viewpoint, object.size) };
     let mut renderer = ReferenceRenderer::default();
     let frame = renderer.frame(&scene, &shot).unwrap();
-    let spec = DetectorSpec { min_visible_fraction: 0.5, min_mask_pixels: 10, faults: None };
+    let spec =
+        DetectorSpec { min_visible_fraction: 0.5, min_mask_pixels: 10, faults: None, depth_sigma: None };
     let mut seen = detect(&spec, &[target], 0, &shot, &frame, &mut renderer, Seed(0)).unwrap();
     seen.remove(0).0.masked_crop
 }

@@ -1,15 +1,16 @@
-//! P(X, O | U, Z^g): odometry and bearings to object centres.
+//! P(X, L, O | U, Z^g): odometry, bearings to object centres, and pixels of landmarks.
 
 use super::Estimator;
 use crate::estimate::{Dropped, Estimate, Unresolved, UnresolvedReason};
+use crate::extents::add_ellipsoid;
 use crate::graph::Graph;
 use crate::initial::start_poses;
 use crate::input::{EstimateError, check_observations, check_settings};
-use crate::mapping::place_objects;
+use crate::mapping::{place_landmarks, place_objects};
 use crate::posterior::{Posterior, Seen};
 use crate::problem::{Problem, add_odometry};
 use crate::settings::{GeometrySettings, Settings, SolverSettings};
-use crate::sighting::sightings;
+use crate::sighting::{landmark_sightings, sightings};
 use crate::solve::Outcome;
 use vantage_dataset::Observations;
 
@@ -50,14 +51,25 @@ impl Geometric {
             }
         }
         unresolved.sort_by_key(|lost| lost.track);
+        let mut landmarks = landmark_sightings(observations);
+        let unresolved_landmarks = place_landmarks(&problem, &mut start, &mut landmarks, &mut dropped);
 
         let mut graph = Graph::default();
         add_odometry(&mut graph, observations);
         for (&track, of_track) in &whole {
-            problem.add_bearings(&mut graph, track, of_track);
+            match &self.geometry.extents {
+                Some(extents) => {
+                    add_ellipsoid(&problem, extents, &mut graph, &mut start, track, of_track);
+                }
+                None => problem.add_bearings(&mut graph, track, of_track),
+            }
         }
+        for of_landmark in landmarks.values() {
+            problem.add_projections(&mut graph, of_landmark);
+        }
+        let landmarks = landmarks.into_iter().map(|(landmark, seen)| (landmark, seen.len())).collect();
         let posterior = Posterior::maximum(graph, start, whole, &self.solver);
-        Ok(Posterior { unresolved, dropped, ..posterior })
+        Ok(Posterior { unresolved, landmarks, unresolved_landmarks, dropped, ..posterior })
     }
 
     /// The estimate of a posterior; `semantic` tells of the objects with orientation and latent.
@@ -67,7 +79,8 @@ impl Geometric {
         observations: &Observations,
         semantic: impl Fn(usize) -> Option<Seen>,
     ) -> Estimate {
-        let (problem, nothing_seen) = (self.problem(observations), posterior.sightings.is_empty());
+        let problem = self.problem(observations);
+        let nothing_seen = posterior.sightings.is_empty() && posterior.landmarks.is_empty();
         let mut estimate = posterior.estimate(observations, &self.solver, |values, track, of_track| {
             semantic(track).unwrap_or_else(|| Seen {
                 size: problem.object_size(values, track, of_track),

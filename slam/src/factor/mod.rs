@@ -2,7 +2,10 @@
 
 pub mod bearing;
 pub mod between;
+pub mod box_edges;
+pub mod depth;
 pub mod prior;
+pub mod projection;
 pub mod semantic;
 pub mod upright;
 
@@ -12,7 +15,10 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
-pub use prior::{PosePrior, StandardNormalPrior};
+pub use box_edges::BoxEdgesFactor;
+pub use depth::DepthFactor;
+pub use prior::{ExtentsPrior, PosePrior, StandardNormalPrior};
+pub use projection::ProjectionFactor;
 pub use semantic::SemanticFactor;
 pub use upright::UprightFactor;
 

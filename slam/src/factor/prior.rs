@@ -1,4 +1,4 @@
-//! Priors: on a pose (the gauge), and P(e) = N(0, I) on a latent.
+//! Priors: on a pose (the gauge), P(e) = N(0, I) on a latent, and one on an object's extents.
 
 use super::{Factor, LinearFactor, dynamic_matrix, dynamic_vector, finite};
 use crate::se3_jacobian::right_jacobian_inverse;
@@ -71,5 +71,38 @@ impl Factor for StandardNormalPrior {
         let e = values.vector(self.keys[0])?.clone();
         let identity = DMatrix::identity(e.len(), e.len());
         LinearFactor { residual: e, jacobians: vec![identity] }.finite()
+    }
+}
+
+/// Log-normal semi-axes: `(log a - log m) / s` of each.
+#[derive(Clone, Debug)]
+pub struct ExtentsPrior {
+    keys: [Key; 1],
+    log_median: f64,
+    log_sigma: f64,
+}
+
+impl ExtentsPrior {
+    /// The prior of logarithms of semi-axes whose median is `half_axis` metres, with the standard deviation `log_sigma`.
+    pub fn new(key: Key, half_axis: f64, log_sigma: f64) -> Self {
+        Self { keys: [key], log_median: libm::log(half_axis), log_sigma }
+    }
+}
+
+impl Factor for ExtentsPrior {
+    fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    fn residual(&self, values: &Values) -> Option<DVector<f64>> {
+        let logs = values.vector(self.keys[0])?;
+        finite(logs.map(|log| (log - self.log_median) / self.log_sigma))
+    }
+
+    fn linearize(&self, values: &Values) -> Option<LinearFactor> {
+        let residual = self.residual(values)?;
+        let n = residual.len();
+        let jacobian = DMatrix::from_diagonal_element(n, n, 1.0 / self.log_sigma);
+        LinearFactor { residual, jacobians: vec![jacobian] }.finite()
     }
 }

@@ -3,8 +3,8 @@
 use crate::model::TanhModel;
 use crate::which::{Which, estimate};
 use crate::world::{World, WorldSpec, matching_settings};
-use nalgebra::{DMatrix, DVector, Matrix6};
-use vantage_dataset::{Crop, Seed, Viewpoint};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector2};
+use vantage_dataset::{CenterDepth, Crop, LandmarkSighting, Seed, Viewpoint};
 use vantage_model::{AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel};
 use vantage_slam::{EstimateError, Settings};
 
@@ -25,6 +25,10 @@ fn bad_observations() {
         let bounds = &mut w.observations.detections[3].bounding_box;
         std::mem::swap(&mut bounds.min, &mut bounds.max);
     })));
+    for [meters, sigma] in [[0.0, 0.1], [-1.0, 0.1], [f64::NAN, 0.1], [1.0, 0.0], [1.0, f64::INFINITY]] {
+        let depth = Some(CenterDepth { meters, sigma });
+        assert!(detection(refused(|w| w.observations.detections[3].center_depth = depth)));
+    }
     let odometry = |e| matches!(e, EstimateError::Odometry { index: 5, .. });
     assert!(odometry(refused(|w| w.observations.odometry[5].to = 60)));
     assert!(odometry(refused(|w| w.observations.odometry[5].to = 5)));
@@ -34,6 +38,26 @@ fn bad_observations() {
     let camera = |e| matches!(e, EstimateError::Camera { .. });
     assert!(camera(refused(|w| w.observations.camera.fx = 0.0)));
     assert!(camera(refused(|w| w.observations.robot_from_camera.translation.y = f64::NAN)));
+}
+
+#[test]
+fn bad_sightings_of_landmarks() {
+    let told = |spoil: &dyn Fn(&mut LandmarkSighting)| {
+        let error = refused(|world| {
+            let pixel = Vector2::new(10.0, 20.0);
+            let good = LandmarkSighting { step: 3, landmark: usize::MAX, pixel, sigma: 1.0 };
+            let mut bad = good;
+            spoil(&mut bad);
+            world.observations.landmarks = vec![good, bad];
+        });
+        assert!(matches!(error, EstimateError::Landmark { index: 1, .. }), "{error}");
+        error.to_string()
+    };
+    assert!(told(&|s| s.step = 60).contains("expected one below 60"));
+    assert!(told(&|s| s.pixel.y = f64::NAN).contains("pixel 10, NaN"));
+    for sigma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(told(&|s| s.sigma = sigma).contains("positive, finite number of pixels"));
+    }
 }
 
 #[test]

@@ -1,13 +1,14 @@
 //! Every factor's derivatives against central differences, at residuals far from zero.
 
 use crate::model::TanhModel;
-use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector3};
-use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
+use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
+use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Pose, Seed, Stream, Tangent, se3};
 use vantage_model::ObservationModel;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, Factor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
+    BearingFactor, BetweenFactor, BoxEdgesFactor, DepthFactor, ExtentsPrior, Factor, PosePrior,
+    ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::variable::{Value, Values};
@@ -105,6 +106,72 @@ fn bearing_to_points_and_poses_at_any_angle() {
         widest = widest.max(check(&factor, &values));
     }
     assert!(widest > 2.0, "the test should meet objects behind the camera, the farthest was {widest}");
+}
+
+#[test]
+fn depth_of_points_and_poses_on_either_side_of_the_camera() {
+    let mut stream = Seed(7).stream("depth", 0);
+    for round in 0..100 {
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 1.0, 1.0))));
+        let object = se3::exp(&random_tangent(&mut stream, 1.0, 3.0));
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if round % 2 == 0 { Value::Pose(object) } else { as_point });
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let depth = CenterDepth { meters: stream.uniform(10.0, 20.0), sigma: 0.3 };
+        let factor =
+            DepthFactor::new(Key::Robot(0), Key::Object(0), mount, depth, Kernel::Huber { threshold: 2.0 });
+        assert!(check(&factor, &values) > 1.0);
+    }
+}
+
+#[test]
+fn edges_of_ellipsoids_at_points_and_poses_and_their_prior() {
+    let mut stream = Seed(8).stream("edges", 0);
+    for round in 0..100 {
+        let robot = se3::exp(&random_tangent(&mut stream, 1.0, 1.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let ahead = Pose::translation(stream.normal(), stream.normal(), stream.uniform(1.5, 4.0));
+        let object = robot * mount * ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.0));
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(robot));
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if round % 2 == 0 { Value::Pose(object) } else { as_point });
+        let logs = DVector::from_fn(3, |_, _| stream.uniform(-3.0, -0.2));
+        values.insert(Key::Extents(0), Value::Vector(logs));
+        let edges = [-0.2, -0.1, 0.1, 0.3];
+        let keys = [Key::Robot(0), Key::Object(0), Key::Extents(0)];
+        let factor = BoxEdgesFactor::new(keys, mount, edges, 0.05, Kernel::Huber { threshold: 2.0 });
+        assert!(check(&factor, &values) > 0.5);
+        assert!(check(&ExtentsPrior::new(Key::Extents(0), 0.1, 0.5), &values) > 0.01);
+        values.insert(Key::Extents(0), Value::Vector(DVector::from_element(3, 3.0)));
+        assert!(factor.residual(&values).is_none(), "the camera is inside");
+    }
+}
+
+#[test]
+fn projection_of_landmarks_before_the_camera_and_none_behind() {
+    let mut stream = Seed(6).stream("projection", 0);
+    let camera = Camera { width: 640, height: 480, fx: 500.0, fy: 400.0, cx: 310.0, cy: 250.0 };
+    let mut widest: f64 = 0.0;
+    for _ in 0..100 {
+        let robot = se3::exp(&random_tangent(&mut stream, 1.0, 2.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let p = Vector3::new(stream.normal(), stream.normal(), stream.uniform(0.5, 4.0));
+        let pixel = Vector2::new(stream.uniform(0.0, 640.0), stream.uniform(0.0, 480.0));
+        let sighting = LandmarkSighting { step: 2, landmark: 7, pixel, sigma: 30.0 };
+        let factor = ProjectionFactor::new(&sighting, camera, mount, Kernel::Huber { threshold: 2.0 });
+        let at = |z: f64| {
+            let mut values = Values::default();
+            values.insert(Key::Robot(2), Value::Pose(robot));
+            let point = (robot * mount).transform_point(&Vector3::new(p.x, p.y, z).into());
+            values.insert(Key::Landmark(7), Value::Point(point.coords));
+            values
+        };
+        widest = widest.max(check(&factor, &at(p.z)));
+        assert!(factor.residual(&at(-p.z)).is_none() && factor.linearize(&at(-p.z)).is_none());
+    }
+    assert!(widest > 10.0, "the farthest was {widest}");
 }
 
 #[test]

@@ -3,9 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 mod consistency;
+mod depth;
+mod extents;
 mod hypotheses;
 mod input;
 mod jacobians;
+mod landmarks;
 mod linear;
 mod model;
 mod recovery;

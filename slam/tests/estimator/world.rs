@@ -158,6 +158,7 @@ impl World {
                     track,
                     bounding_box,
                     mask_pixels: (side * side) as u32,
+                    center_depth: None,
                     masked_crop: crop.clone(),
                     boxed_crop: crop,
                 });

@@ -64,6 +64,24 @@ fn values_that_cannot_be_are_refused_where_they_stand() {
 }
 
 #[test]
+fn depths_that_cannot_be_are_refused() {
+    for (row, expected) in [
+        ("99,1.0,0.1", "line 2, detection: got \"99\", expected the number of a detection"),
+        ("0,0.0,0.1", "depth: got 0, expected positive and finite"),
+        ("0,inf,0.1", "depth: got inf, expected positive and finite"),
+        ("0,1.0,-0.1", "sigma: got -0.1, expected positive and finite"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut known = episode(Seed(2), 4, 3);
+        known.observations.detections[0].center_depth = Some(CenterDepth { meters: 1.0, sigma: 0.1 });
+        write_episode(folder.path(), &known, Provenance::new()).unwrap();
+        forge(folder.path(), "depths.csv", |_| format!("detection,depth,sigma\n{row}\n").into_bytes());
+        let told = read_episode(folder.path()).unwrap_err().to_string();
+        assert!(told.contains("depths.csv") && told.contains(expected), "{told}\nlacks {expected}");
+    }
+}
+
+#[test]
 fn a_zero_quaternion_is_refused() {
     let zero = |text: String| (5..9).fold(text, |text, column| with_field(&text, 3, column, "0.0", ","));
     let told = refusal("odometry.csv", zero);

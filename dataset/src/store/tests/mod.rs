@@ -63,6 +63,7 @@ fn episode(seed: Seed, steps: usize, objects: usize) -> Episode {
                     track,
                     bounding_box: BoundingBox { min, max: min + Vector2::new(s.unit() + 1e-3, 12.0) },
                     mask_pixels: 1 + s.below(900) as u32,
+                    center_depth: None,
                     masked_crop: crop(&mut s),
                     boxed_crop: crop(&mut s),
                 });

@@ -24,6 +24,21 @@ proptest! {
     }
 
     #[test]
+    fn depths_read_back_and_without_them_no_byte_changes(seed: u64, steps in 2usize..6, objects in 1usize..4) {
+        let [with, without] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let mut written = episode(Seed(seed), steps, objects);
+        let before = write_episode(without.path(), &written, Provenance::new()).unwrap();
+        let mut s = Seed(seed).stream("depth", 0);
+        for detection in written.observations.detections.iter_mut().step_by(2) {
+            detection.center_depth = Some(CenterDepth { meters: 0.1 + s.unit(), sigma: 1e-3 + s.unit() });
+        }
+        let mut after = write_episode(with.path(), &written, Provenance::new()).unwrap().files;
+        prop_assert_eq!(bits(&read_episode(with.path()).unwrap()), bits(&written));
+        prop_assert_eq!(after.remove("depths.csv").is_some(), !written.observations.detections.is_empty());
+        prop_assert_eq!(after, before.files);
+    }
+
+    #[test]
     fn a_view_set_reads_back_to_the_bit(seed: u64, instances in 0usize..6) {
         let folder = tempfile::tempdir().unwrap();
         let written = view_set(Seed(seed), instances);
