@@ -29,7 +29,7 @@ impl<'m> Graph<'m> {
     /// The first pose or point, in the order of keys, that no chain of factors ties to an anchor.
     pub fn first_unanchored(&self, values: &Values) -> Option<Key> {
         let keys: Vec<Key> =
-            values.iter().map(|(key, _)| key).filter(|key| !matches!(key, Key::Latent(_))).collect();
+            values.iter().filter(|(_, value)| value.position().is_some()).map(|(key, _)| key).collect();
         let index: BTreeMap<Key, usize> = keys.iter().enumerate().map(|(i, key)| (*key, i)).collect();
         let mut parent: Vec<usize> = (0..keys.len()).collect();
         let mut anchored = vec![false; keys.len()];

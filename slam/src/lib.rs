@@ -11,12 +11,12 @@
 //! |---|---|
 //! | which of the factors: one file an estimator | [`mod@estimator`] |
 //! | X, O, E: SE(3) poses, points, latent vectors | [`variable`] |
-//! | U, Z^g, Z^s as factors | [`problem`], [`sighting`], [`semantics`] |
+//! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
 //! | start values | [`initial`], [`mapping`], [`orientation`] |
-//! | J^T W J, latents eliminated inside their own object | [`linear`] |
+//! | J^T W J, latents and offsets eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
 //! | marginal covariances | [`covariance`] |
 //! | the answer | [`posterior`], [`mod@estimate`] |
@@ -26,6 +26,7 @@
 //! perturbations on the right (`T * Exp(xi)`). No ground truth comes in: the input is
 //! [`vantage_dataset::Observations`].
 
+pub mod bearing_offset;
 pub mod covariance;
 pub mod estimate;
 pub mod estimator;
@@ -36,6 +37,7 @@ pub mod input;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
+pub mod odometry_bias;
 pub mod orientation;
 pub mod posterior;
 pub mod problem;
@@ -49,6 +51,8 @@ pub mod variable;
 pub use estimate::{Dropped, Estimate, ObjectEstimate, Orientation, Unresolved, UnresolvedReason};
 pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
 pub use input::EstimateError;
-pub use settings::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
+pub use settings::{
+    GeometrySettings, OdometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings,
+};
 pub use solve::Outcome;
 pub use variable::Key;

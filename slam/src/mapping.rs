@@ -14,7 +14,7 @@ use vantage_dataset::ray::Ray;
 /// A start value needs no more.
 const REFINEMENT: Limits = Limits { iterations: 20, tolerance: 1e-6 };
 
-/// Adds to `values` the centre of every object that its sightings place; returns the others.
+/// Adds to `values` the centre of every object that its sightings place, with the offset of its boxes where that is a variable; returns the others.
 pub fn place_objects(
     problem: &Problem<'_>,
     values: &mut Values,
@@ -23,7 +23,10 @@ pub fn place_objects(
     let mut unresolved = Vec::new();
     for (&track, of_track) in sightings {
         match place(problem, values, track, of_track) {
-            Ok(point) => values.insert(Key::Object(track), Value::Point(point)),
+            Ok(point) => {
+                values.insert(Key::Object(track), Value::Point(point));
+                problem.add_offset(values, track);
+            }
             Err(reason) => unresolved.push(Unresolved { track, reason }),
         }
     }
@@ -45,7 +48,9 @@ fn place(
     problem.add_bearings(&mut graph, track, sightings);
     let mut start = values.clone();
     start.insert(Key::Object(track), Value::Point(point));
-    let refined = solve(&graph, start, |key| key == Key::Object(track), REFINEMENT);
+    problem.add_offset(&mut start, track);
+    let is_free = |key| [Key::Object(track), Key::Offset(track)].contains(&key);
+    let refined = solve(&graph, start, is_free, REFINEMENT);
     if matches!(refined.outcome, Outcome::Underconstrained { .. }) {
         return Err(UnresolvedReason::NoParallax);
     }

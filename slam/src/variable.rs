@@ -1,4 +1,4 @@
-//! The variables: robot poses X, objects O and latents E, with their retraction.
+//! The variables: robot poses X, objects O, latents E, and what is shared by many measurements, with their retraction.
 
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
@@ -14,6 +14,10 @@ pub enum Key {
     Object(usize),
     /// `e_i`: the latent of a track.
     Latent(usize),
+    /// How the centre of a track's boxes lies off the object's centre, by azimuth.
+    Offset(usize),
+    /// The bias of odometry, along and yaw, in its own deviations.
+    OdometryBias,
 }
 
 impl fmt::Display for Key {
@@ -22,6 +26,8 @@ impl fmt::Display for Key {
             Key::Robot(step) => write!(f, "the robot's pose at step {step}"),
             Key::Object(track) => write!(f, "the object of track {track}"),
             Key::Latent(track) => write!(f, "the latent of track {track}"),
+            Key::Offset(track) => write!(f, "the offset of the boxes of track {track}"),
+            Key::OdometryBias => write!(f, "the bias of odometry"),
         }
     }
 }

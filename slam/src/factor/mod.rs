@@ -2,6 +2,8 @@
 
 pub mod bearing;
 pub mod between;
+pub mod biased_between;
+pub mod offset_bearing;
 pub mod prior;
 pub mod semantic;
 pub mod upright;
@@ -12,6 +14,8 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
+pub use biased_between::BiasedBetweenFactor;
+pub use offset_bearing::OffsetBearingFactor;
 pub use prior::{PosePrior, StandardNormalPrior};
 pub use semantic::SemanticFactor;
 pub use upright::UprightFactor;
