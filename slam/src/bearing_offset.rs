@@ -1,14 +1,13 @@
 //! How the centre of an object's box lies off the object's centre: a smooth function of the azimuth it is seen from.
 //!
-//! In units of the box's angular size, either coordinate of the offset is a Gaussian process over the azimuth `a` with the periodic kernel
-//! `sigma^2 exp((cos(a - a') - 1) / length^2)`. Its Fourier series, cut where next to nothing is left and scaled to `sigma^2` at `a = a'`, makes
-//! it `sigma phi(a)^T c` with `c` standard normal, and
+//! In units of the box's angular size, either coordinate of the offset is a Gaussian process over the azimuth `a` with a circular Matern kernel
+//! (Guinness and Fuentes 2016). It is a cosine series, cut and scaled to `sigma^2` at `a = a'`, so that the process is
+//! `sigma phi(a)^T c` with `c` standard normal, and
 //!
 //! ```text
-//! phi(a) = [w_0, w_1 cos a, w_1 sin a, w_2 cos 2a, w_2 sin 2a, ...],   w_0^2 : w_h^2 = I_0(1 / length^2) : 2 I_h(1 / length^2)
+//! phi(a) = [w_0, w_1 cos a, w_1 sin a, w_2 cos 2a, w_2 sin 2a, ...]
+//! w_0^2 : w_h^2 = g(0) : 2 g(h),   g(h) = (1 / length^2 + h^2)^(-smoothness - 1/2)
 //! ```
-//!
-//! with `I_h` the modified Bessel functions of the first kind.
 
 use garde::Validate;
 use nalgebra::DVector;
@@ -16,10 +15,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::rule::not_nan;
 
-/// Share of the kernel that the series may leave out.
+/// Harmonics at most. What changes faster is white.
+const MOST_HARMONICS: usize = 16;
+/// Share of the kernel that fewer harmonics may leave out.
 const LEFT_OUT: f64 = 1e-3;
-/// Below this share of its sum a term of a Bessel function's series is rounding.
-const ROUNDING: f64 = 1e-17;
 
 /// The prior of the offset of a box's centre, box sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
@@ -31,24 +30,32 @@ pub struct BearingOffset {
     /// Standard deviation along the image's vertical, box sides.
     #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
     pub vertical: f64,
-    /// Length scale of the kernel: about the turn, radians, over which the offset changes. Many harmonics are needed where
-    /// it is small.
-    #[garde(range(min = 0.2, max = 100.0), custom(not_nan))]
+    /// Length scale of the kernel, radians: over a longer turn than this little is shared.
+    #[garde(range(min = 0.05, max = 100.0), custom(not_nan))]
     pub length: f64,
+    /// Smoothness of the kernel: 1/2 where the offset has kinks at every azimuth, the larger, the smoother.
+    #[garde(range(min = 0.1, max = 20.0), custom(not_nan))]
+    pub smoothness: f64,
 }
 
 impl BearingOffset {
     /// The features of the azimuth.
     pub fn harmonics(&self) -> Harmonics {
-        let argument = 1.0 / (self.length * self.length);
-        let whole = libm::exp(argument);
-        let mut weights = vec![bessel(0, argument)];
-        let mut sum = weights[0];
-        while whole - sum > LEFT_OUT * whole {
-            let weight = 2.0 * bessel(weights.len(), argument);
-            sum += weight;
-            weights.push(weight);
+        let least = 1.0 / (self.length * self.length);
+        let weight = |harmonic: usize| {
+            let squared = (harmonic * harmonic) as f64;
+            // Over that of the constant.
+            let ratio = libm::pow((least + squared) / least, -self.smoothness - 0.5);
+            if harmonic == 0 { ratio } else { 2.0 * ratio }
+        };
+        let mut weights: Vec<f64> = (0..=MOST_HARMONICS).map(weight).collect();
+        let mut left_out = 0.0;
+        let most = LEFT_OUT * weights.iter().sum::<f64>();
+        while let Some(&last) = weights.last().filter(|&&last| left_out + last <= most) {
+            left_out += last;
+            weights.pop();
         }
+        let sum: f64 = weights.iter().sum();
         Harmonics { amplitudes: weights.into_iter().map(|weight| (weight / sum).sqrt()).collect() }
     }
 }
@@ -87,58 +94,48 @@ impl Harmonics {
     }
 }
 
-/// `I_h(z)` by its power series, all of whose terms are positive.
-fn bessel(harmonic: usize, z: f64) -> f64 {
-    let half = z / 2.0;
-    let mut term: f64 = (1..=harmonic).map(|k| half / k as f64).product();
-    let mut sum = 0.0;
-    let mut k = 0;
-    while term > ROUNDING * sum {
-        sum += term;
-        k += 1;
-        term *= half * half / (k * (k + harmonic)) as f64;
-    }
-    sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+    use std::f64::consts::PI;
 
     fn direction(azimuth: f64) -> [f64; 2] {
         [libm::cos(azimuth), libm::sin(azimuth)]
     }
 
-    #[test]
-    fn bessel_functions_are_as_tabulated() {
-        for (harmonic, z, value) in [
-            (0, 1.0, 1.266_065_877_752_008),
-            (1, 1.0, 0.565_159_103_992_485),
-            (3, 2.0, 0.212_739_959_239_853),
-            (0, 25.0, 5_774_560_606.466_7),
-        ] {
-            assert_relative_eq!(bessel(harmonic, z), value, max_relative = 1e-12);
-        }
-        assert_eq!((bessel(0, 0.0), bessel(2, 0.0)), (1.0, 0.0));
+    fn offset(length: f64, smoothness: f64) -> BearingOffset {
+        BearingOffset { horizontal: 0.0, vertical: 0.0, length, smoothness }
     }
 
     #[test]
-    fn features_span_the_periodic_kernel() {
-        for length in [0.2, 0.5, 1.0, 3.0, 100.0] {
-            let harmonics = BearingOffset { horizontal: 0.0, vertical: 0.0, length }.harmonics();
-            let of = |azimuth| harmonics.at(direction(azimuth)).0;
-            for (a, b) in [(0.3, 0.3), (0.3, 0.5), (-2.0, 3.0), (6.0, 0.1)] {
-                let kernel = libm::exp((libm::cos(a - b) - 1.0) / (length * length));
-                assert_relative_eq!(of(a).dot(&of(b)), kernel, epsilon = 3e-3);
-                assert_relative_eq!(of(a).norm(), 1.0, epsilon = 1e-12);
+    fn features_span_the_kernel() {
+        // The whole series of smoothness 1/2, in closed form.
+        for length in [1.0, 3.0] {
+            let exponential = |turn: f64| libm::cosh((PI - turn) / length) / libm::cosh(PI / length);
+            let of = |azimuth| offset(length, 0.5).harmonics().at(direction(azimuth)).0;
+            for turn in [0.0, 0.5, 1.5, 3.0] {
+                assert_relative_eq!(of(0.4).dot(&of(0.4 + turn)), exponential(turn), epsilon = 0.04);
             }
         }
     }
 
     #[test]
+    fn a_smooth_kernel_takes_few_harmonics_and_all_have_unit_variance() {
+        let mut counts = Vec::new();
+        for (length, smoothness) in [(100.0, 2.0), (1.0, 5.0), (0.5, 2.0), (0.05, 0.1)] {
+            let harmonics = offset(length, smoothness).harmonics();
+            for azimuth in [-3.0, 0.3, 2.0] {
+                assert_relative_eq!(harmonics.at(direction(azimuth)).0.norm(), 1.0, epsilon = 1e-12);
+            }
+            counts.push(harmonics.count());
+        }
+        assert!(counts.is_sorted() && counts[0] == 1 && counts[3] == 2 * MOST_HARMONICS + 1, "{counts:?}");
+    }
+
+    #[test]
     fn derivatives_are_those_of_the_features() {
-        let harmonics = BearingOffset { horizontal: 0.0, vertical: 0.0, length: 0.5 }.harmonics();
+        let harmonics = offset(0.5, 1.5).harmonics();
         for azimuth in [-3.0, -1.0, 0.0, 0.4, 2.5] {
             let (_, derivative) = harmonics.at(direction(azimuth));
             let of = |azimuth| harmonics.at(direction(azimuth)).0;

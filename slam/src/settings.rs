@@ -171,7 +171,8 @@ mod tests {
         let bearing_noise = BearingNoise { fixed: 0.0, proportional: 0.0 };
         assert!(GeometrySettings { bearing_noise, ..geometry }.validate().is_err());
         for length in [0.0, f64::NAN, f64::INFINITY] {
-            let bearing_offset = Some(BearingOffset { horizontal: 0.02, vertical: 0.02, length });
+            let bearing_offset =
+                Some(BearingOffset { horizontal: 0.02, vertical: 0.02, length, smoothness: 2.0 });
             assert!(GeometrySettings { bearing_offset, ..geometry }.validate().is_err(), "{length}");
         }
         let bias = Some(OdometryBias { translation_per_metre: f64::NAN, rotation_deg_per_metre: 0.1 });

@@ -111,7 +111,7 @@ fn bearing_to_points_and_poses_at_any_angle() {
 #[test]
 fn bearing_with_an_offset() {
     let mut stream = Seed(6).stream("offset bearing", 0);
-    let offset = BearingOffset { horizontal: 0.3, vertical: 0.7, length: 0.6 };
+    let offset = BearingOffset { horizontal: 0.3, vertical: 0.7, length: 0.6, smoothness: 2.0 };
     for round in 0..100 {
         let mut values = Values::default();
         values.insert(Key::Robot(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 1.0, 1.0))));
@@ -133,7 +133,7 @@ fn bearing_with_an_offset() {
 
 #[test]
 fn an_offset_moves_the_box_that_is_expected() {
-    let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 100.0 };
+    let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 100.0, smoothness: 2.0 };
     let mut values = Values::default();
     values.insert(Key::Robot(0), Value::Pose(Pose::identity()));
     values.insert(Key::Object(0), Value::Point(Vector3::new(0.6, -0.3, 2.0)));

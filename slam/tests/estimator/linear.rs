@@ -47,7 +47,7 @@ fn small_graph(model: &TanhModel) -> (Graph<'_>, Values) {
     }
     values.insert(Key::OdometryBias, Value::Vector(DVector::from_element(2, 0.3)));
     graph.push(StandardNormalPrior::new(Key::OdometryBias));
-    let offset = BearingOffset { horizontal: 0.2, vertical: 0.3, length: 1.0 };
+    let offset = BearingOffset { horizontal: 0.2, vertical: 0.3, length: 1.0, smoothness: 2.0 };
     let coefficients = DVector::from_fn(OffsetBearingFactor::dim(&offset), |i, _| 0.2 - 0.1 * i as f64);
     values.insert(Key::Offset(1), Value::Vector(coefficients));
     graph.push(StandardNormalPrior::new(Key::Offset(1)));

@@ -52,7 +52,7 @@ fn is_inside(nees: f64, dimensions: u64) -> bool {
 
 #[test]
 fn offsets_of_boxes_as_variables_are_consistent_and_as_noise_are_not() {
-    let offset = BearingOffset { horizontal: 0.1, vertical: 0.1, length: 1.0 };
+    let offset = BearingOffset { horizontal: 0.1, vertical: 0.1, length: 1.0, smoothness: 2.0 };
     let spec = WorldSpec {
         odometry_sigma: [0.005, 0.005],
         bearing_sigma: 0.002,
@@ -120,7 +120,8 @@ fn no_bias_and_no_offset_change_nothing() {
     let plain = matching_settings(&spec);
     let mut with_none = plain;
     with_none.odometry.bias = Some(OdometryBias { translation_per_metre: 0.0, rotation_deg_per_metre: 0.0 });
-    with_none.geometry.bearing_offset = Some(BearingOffset { horizontal: 0.0, vertical: 0.0, length: 1.0 });
+    with_none.geometry.bearing_offset =
+        Some(BearingOffset { horizontal: 0.0, vertical: 0.0, length: 1.0, smoothness: 2.0 });
     let of = |settings| estimate(&world.observations, Which::Geometric, None, settings).unwrap();
     for (a, b) in of(&plain).world_from_robot.iter().zip(&of(&with_none).world_from_robot) {
         assert!(se3::log(&a.inv_mul(b)).norm() < 1e-6);

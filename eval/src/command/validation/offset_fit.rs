@@ -11,13 +11,15 @@ use std::fmt;
 use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::noise::BearingNoise;
 
-/// Deviations and lengths that are tried, and the least step between them, as factors' logarithms.
+/// First and last step of the search, of logarithms.
 const FIRST_STEP: f64 = 0.5;
 const LAST_STEP: f64 = 0.01;
 /// Deviations below it are none, box sides or over the focal length.
 const LEAST_DEVIATION: f64 = 1e-5;
 /// Length scales, radians.
-const LENGTHS: [f64; 2] = [0.2, 10.0];
+const LENGTHS: [f64; 2] = [0.05, 20.0];
+/// Smoothnesses.
+const SMOOTHNESSES: [f64; 2] = [0.1, 10.0];
 
 /// What fits some boxes best.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,10 +40,10 @@ impl OffsetFit {
 
     /// With a smooth part.
     pub fn smooth(by_object: &[Vec<SeenBox>]) -> Self {
-        Self::best(by_object, [0.001, 0.01, 0.02, 0.02, 1.0].map(libm::log).to_vec())
+        Self::best(by_object, [0.001, 0.01, 0.02, 0.02, 1.0, 1.5].map(libm::log).to_vec())
     }
 
-    /// Compass search over the logarithms of deviations and length.
+    /// Compass search over the logarithms of deviations, length and smoothness.
     fn best(by_object: &[Vec<SeenBox>], mut at: Vec<f64>) -> Self {
         let mut best = Self::at(by_object, &at);
         let mut step = FIRST_STEP;
@@ -68,10 +70,11 @@ impl OffsetFit {
     fn at(by_object: &[Vec<SeenBox>], logarithms: &[f64]) -> Self {
         let deviation = |i: usize| libm::exp(logarithms[i]).clamp(LEAST_DEVIATION, 1.0);
         let noise = BearingNoise { fixed: deviation(0), proportional: deviation(1) };
-        let offset = logarithms.get(4).map(|length| BearingOffset {
+        let offset = logarithms.get(4..6).map(|shape| BearingOffset {
             horizontal: deviation(2),
             vertical: deviation(3),
-            length: libm::exp(*length).clamp(LENGTHS[0], LENGTHS[1]),
+            length: libm::exp(shape[0]).clamp(LENGTHS[0], LENGTHS[1]),
+            smoothness: libm::exp(shape[1]).clamp(SMOOTHNESSES[0], SMOOTHNESSES[1]),
         });
         let of_objects: Vec<f64> = by_object.par_iter().map(|seen| likelihood(seen, noise, offset)).collect();
         Self { noise, offset, log_likelihood: of_objects.iter().sum() }
@@ -82,9 +85,9 @@ impl fmt::Display for OffsetFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let BearingNoise { fixed, proportional } = self.noise;
         write!(f, "bearing_noise: {{ fixed: {fixed:.5}, proportional: {proportional:.4} }}")?;
-        if let Some(BearingOffset { horizontal, vertical, length }) = self.offset {
-            write!(f, ", bearing_offset: {{ horizontal: {horizontal:.4}, ")?;
-            write!(f, "vertical: {vertical:.4}, length: {length:.2} }}")?;
+        if let Some(BearingOffset { horizontal, vertical, length, smoothness }) = self.offset {
+            write!(f, ", bearing_offset: {{ horizontal: {horizontal:.4}, vertical: {vertical:.4}, ")?;
+            write!(f, "length: {length:.2}, smoothness: {smoothness:.2} }}")?;
         }
         write!(f, ": log-likelihood {:.1}", self.log_likelihood)
     }
@@ -146,7 +149,7 @@ mod tests {
     #[test]
     fn what_boxes_were_drawn_from_is_found() {
         let noise = BearingNoise { fixed: 0.001, proportional: 0.01 };
-        let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 0.6 };
+        let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 0.6, smoothness: 2.0 };
         let boxes = drawn(noise, offset, 100);
         let fit = OffsetFit::smooth(&boxes);
         let found = fit.offset.unwrap();
@@ -154,7 +157,12 @@ mod tests {
         assert_relative_eq!(fit.noise.proportional, noise.proportional, max_relative = 0.1);
         assert_relative_eq!(found.horizontal, offset.horizontal, max_relative = 0.1);
         assert_relative_eq!(found.vertical, offset.vertical, max_relative = 0.1);
-        assert_relative_eq!(found.length, offset.length, max_relative = 0.1);
+        // Length and smoothness do for each other: it is the kernel that is told.
+        let kernel = |offset: BearingOffset| {
+            let harmonics = offset.harmonics();
+            harmonics.at([1.0, 0.0]).0.dot(&harmonics.at([libm::cos(0.4), libm::sin(0.4)]).0)
+        };
+        assert_relative_eq!(kernel(found), kernel(offset), epsilon = 0.03);
         let white = OffsetFit::white(&boxes);
         assert_eq!(white.offset, None);
         assert!(white.log_likelihood < fit.log_likelihood - 1000.0);
@@ -164,7 +172,7 @@ mod tests {
     #[test]
     fn the_likelihood_is_that_of_the_whole_covariance() {
         let noise = BearingNoise { fixed: 0.001, proportional: 0.01 };
-        let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 0.6 };
+        let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 0.6, smoothness: 2.0 };
         let seen = &drawn(noise, offset, 1)[0][..12];
         let kernel = |a: [f64; 2], b: [f64; 2]| offset.harmonics().at(a).0.dot(&offset.harmonics().at(b).0);
         let mut expected = 0.0;
