@@ -18,8 +18,7 @@ fn the_worth_of_a_crop_is_told_by_its_scale() {
     let scene = SmallScene::new(&[]);
     let first = on(&scene, "calibrate", &["2"]);
     first.expect(0, &[]);
-    let told =
-        ["size over box side: 1.", "bearing_noise: {", "bearing_offset: {", "│ geometric, offset fitted"];
+    let told = ["size over box side: 1.", "bearing_noise: {", "bearing_offset: {", "│ offset fitted "];
     assert!(told.iter().all(|told| first.stdout.contains(told)), "{}", first.stdout);
     let rows = rows(&first.stdout);
     let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();

@@ -60,7 +60,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         writeln!(stdout, "{fit}")?;
     }
     let mut rows = vec![row("odometry", &of(&OdometryOnly::new(&settings))?)?, row("geometric", &geometric)?];
-    for (name, fit) in ["geometric, noise fitted", "geometric, offset fitted"].iter().zip(&fits) {
+    for (name, fit) in ["noise fitted", "offset fitted"].iter().zip(&fits) {
         let geometry =
             GeometrySettings { bearing_noise: fit.noise, bearing_offset: fit.offset, ..settings.geometry };
         rows.push(row(name, &of(&Geometric::new(&Settings { geometry, ..settings }))?)?);
@@ -77,7 +77,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
 }
 
 fn head(first: &str) -> [&str; 8] {
-    let nees = ["NEES / 6", "at the end", "NEES / 3 of centres", "median"];
+    let nees = ["NEES / 6", "at the end", "Centres", "median"];
     [first, "ATE [m]", "Difference [m]", "+- 95% [m]", nees[0], nees[1], nees[2], nees[3]]
 }
 
