@@ -28,8 +28,8 @@ impl<'m> Graph<'m> {
 
     /// The first pose or point, in the order of keys, that no chain of factors ties to an anchor.
     pub fn first_unanchored(&self, values: &Values) -> Option<Key> {
-        let is_placed = |key: &Key| !matches!(key, Key::Latent(_) | Key::Extents(_));
-        let keys: Vec<Key> = values.iter().map(|(key, _)| key).filter(is_placed).collect();
+        let keys: Vec<Key> =
+            values.iter().filter(|(_, value)| value.position().is_some()).map(|(key, _)| key).collect();
         let index: BTreeMap<Key, usize> = keys.iter().enumerate().map(|(i, key)| (*key, i)).collect();
         let mut parent: Vec<usize> = (0..keys.len()).collect();
         let mut anchored = vec![false; keys.len()];

@@ -1,6 +1,7 @@
 //! What an estimator refuses to start from.
 
 use crate::noise::sqrt_information;
+use crate::settings::OdometrySettings;
 use garde::Validate;
 use vantage_dataset::Observations;
 use vantage_dataset::se3::is_finite;
@@ -59,10 +60,13 @@ pub fn check_settings(settings: &impl Validate<Context = ()>) -> Result<(), Esti
     settings.validate().map_err(|report| EstimateError::Spec { report: report.to_string() })
 }
 
-/// Checks all of the observations that an estimator relies on.
-pub fn check_observations(observations: &Observations) -> Result<(), EstimateError> {
+/// Checks all of the observations that an estimator relies on, under settings that are in range.
+pub fn check_observations(
+    observations: &Observations,
+    settings: &OdometrySettings,
+) -> Result<(), EstimateError> {
     check_camera(observations)?;
-    check_odometry(observations)?;
+    check_odometry(observations, settings)?;
     check_detections(observations)?;
     check_landmarks(observations)
 }
@@ -93,7 +97,7 @@ fn check_camera(observations: &Observations) -> Result<(), EstimateError> {
     Ok(())
 }
 
-fn check_odometry(observations: &Observations) -> Result<(), EstimateError> {
+fn check_odometry(observations: &Observations, settings: &OdometrySettings) -> Result<(), EstimateError> {
     let steps = observations.steps();
     for (index, odometry) in observations.odometry.iter().enumerate() {
         let (from, to) = (odometry.from, odometry.to);
@@ -103,6 +107,11 @@ fn check_odometry(observations: &Observations) -> Result<(), EstimateError> {
             format!("got motion {:?}, expected finite numbers", odometry.robot_from_robot)
         } else if sqrt_information(&odometry.covariance).is_none() {
             format!("got covariance {}, expected a positive definite matrix", odometry.covariance)
+        } else if settings.sqrt_information(odometry).is_none() {
+            format!(
+                "got covariance {}, expected one larger than the share of the bias {:?}: lower the bias",
+                odometry.covariance, settings.bias
+            )
         } else {
             continue;
         };

@@ -12,14 +12,14 @@
 //! |---|---|
 //! | which of the factors: one file an estimator | [`mod@estimator`] |
 //! | X, L, O, E: SE(3) poses, points, latent vectors | [`variable`] |
-//! | U, Z^g, Z^s as factors | [`problem`], [`sighting`], [`semantics`] |
+//! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |
 //! | start values | [`initial`], [`mapping`], [`orientation`] |
-//! | J^T W J, latents eliminated inside their own object | [`linear`] |
+//! | J^T W J, latents and offsets eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
 //! | marginal covariances | [`covariance`] |
 //! | the answer | [`posterior`], [`mod@estimate`] |
@@ -29,6 +29,7 @@
 //! perturbations on the right (`T * Exp(xi)`). No ground truth comes in: the input is
 //! [`vantage_dataset::Observations`].
 
+pub mod bearing_offset;
 pub mod covariance;
 pub mod discrepancy;
 pub mod estimate;
@@ -41,6 +42,7 @@ pub mod input;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
+pub mod odometry_bias;
 pub mod orientation;
 pub mod posterior;
 pub mod problem;
@@ -58,8 +60,8 @@ pub use estimate::{
 pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
 pub use input::EstimateError;
 pub use settings::{
-    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OrientationSettings, SemanticSettings, Settings,
-    SolverSettings,
+    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,
+    SemanticSettings, Settings, SolverSettings,
 };
 pub use solve::Outcome;
 pub use variable::Key;

@@ -16,7 +16,7 @@ use vantage_dataset::ray::Ray;
 /// A start value needs no more.
 const REFINEMENT: Limits = Limits { iterations: 20, tolerance: 1e-6 };
 
-/// Adds to `values` the centre of every object that its sightings place; returns the others.
+/// Adds to `values` the centre of every object that its sightings place, with the offset of its boxes where that is a variable; returns the others.
 pub fn place_objects(
     problem: &Problem<'_>,
     values: &mut Values,
@@ -25,7 +25,10 @@ pub fn place_objects(
     let mut unresolved = Vec::new();
     for (&track, of_track) in sightings {
         match place_object(problem, values, track, of_track) {
-            Ok(point) => values.insert(Key::Object(track), Value::Point(point)),
+            Ok(point) => {
+                values.insert(Key::Object(track), Value::Point(point));
+                problem.add_offset(values, track);
+            }
             Err(reason) => unresolved.push(Unresolved { track, reason }),
         }
     }
@@ -76,7 +79,9 @@ fn place_object(
     let mut graph = Graph::default();
     problem.add_bearings(&mut graph, track, sightings);
     let steps = sightings.iter().map(|s| s.step);
-    refined(&graph, Key::Object(track), point, robots(values, steps), &rays)
+    let mut start = robots(values, steps);
+    problem.add_offset(&mut start, track);
+    refined(&graph, Key::Object(track), point, start, &rays)
 }
 
 /// The mean of where the sightings with depth have an object; `None` where there is none.
@@ -141,7 +146,7 @@ fn refined(
     rays: &[Ray],
 ) -> Result<Vector3<f64>, UnresolvedReason> {
     start.insert(key, Value::Point(point));
-    let refined = solve(graph, start, |free| free == key, REFINEMENT);
+    let refined = solve(graph, start, |key| !matches!(key, Key::Robot(_)), REFINEMENT);
     if matches!(refined.outcome, Outcome::Underconstrained { .. }) {
         return Err(UnresolvedReason::NoParallax);
     }

@@ -50,9 +50,11 @@ pub fn modes(
     let mut graph = Graph::default();
     semantics.problem.add_bearings(&mut graph, track, sightings);
     semantics.add_factors(&mut graph, object, &views, UnitQuaternion::identity());
-    let held: Vec<(Key, Value)> = sightings
+    let known: Vec<(Key, Value)> = sightings
         .iter()
-        .filter_map(|s| Some((Key::Robot(s.step), values.get(Key::Robot(s.step))?.clone())))
+        .map(|s| Key::Robot(s.step))
+        .chain([Key::Offset(track)])
+        .filter_map(|key| Some((key, values.get(key)?.clone())))
         .collect();
     let Some(position) = values.get(Key::Object(track)).and_then(|value| value.position()) else {
         return Ok(Vec::new());
@@ -69,7 +71,7 @@ pub fn modes(
         };
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
         let mut start = Values::default();
-        for (key, value) in &held {
+        for (key, value) in &known {
             start.insert(*key, value.clone());
         }
         start.insert(Key::Object(track), Value::Pose(Pose::from_parts(position.into(), rotation)));

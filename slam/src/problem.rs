@@ -1,30 +1,48 @@
 //! The geometric problem of an episode: the factors that odometry, boxes and landmarks make, and the sizes boxes tell.
 
-use crate::factor::{BearingFactor, BetweenFactor, DepthFactor, PosePrior, ProjectionFactor};
+use crate::bearing_offset::BearingOffset;
+use crate::factor::{
+    BearingFactor, BetweenFactor, BiasedBetweenFactor, DepthFactor, OffsetBearingFactor, PosePrior,
+    ProjectionFactor, StandardNormalPrior,
+};
 use crate::graph::Graph;
-use crate::noise::sqrt_information;
-use crate::settings::GeometrySettings;
+use crate::odometry_bias::OdometryBias;
+use crate::settings::{GeometrySettings, OdometrySettings};
 use crate::sighting::Sighting;
-use crate::variable::{Key, Values};
-use nalgebra::Matrix6;
+use crate::variable::{Key, Value, Values};
+use nalgebra::{DVector, Matrix6};
 use vantage_dataset::median::median;
 use vantage_dataset::{LandmarkSighting, Observations, Pose};
 
 /// Information of the first pose's prior, which fixes the world frame: a millionth of a radian and metre.
 const GAUGE_SQRT_INFORMATION: f64 = 1e6;
 
-/// The gauge, and P(x_k | x_k-1, u_k-1) of Eq. 3.
-pub fn add_odometry(graph: &mut Graph<'_>, observations: &Observations) {
+/// Adds the gauge, and P(x_k | x_k-1, u_k-1) of Eq. 3, with the bias's prior and first value where that is a variable.
+pub fn add_odometry(
+    graph: &mut Graph<'_>,
+    values: &mut Values,
+    observations: &Observations,
+    settings: &OdometrySettings,
+) {
     if observations.steps() > 0 {
         let gauge = Matrix6::identity() * GAUGE_SQRT_INFORMATION;
         graph.push(PosePrior::new(Key::Robot(0), Pose::identity(), gauge));
     }
     let mut odometry: Vec<_> = observations.odometry.iter().collect();
     odometry.sort_by_key(|o| (o.from, o.to));
+    if settings.bias.is_some() {
+        graph.push(StandardNormalPrior::new(Key::OdometryBias));
+        values.insert(Key::OdometryBias, Value::Vector(DVector::zeros(OdometryBias::DIM)));
+    }
     for o in odometry {
-        if let Some(information) = sqrt_information(&o.covariance) {
-            let (from, to) = (Key::Robot(o.from), Key::Robot(o.to));
-            graph.push(BetweenFactor::new(from, to, o.robot_from_robot, information));
+        let (from, to, measured) = (Key::Robot(o.from), Key::Robot(o.to), o.robot_from_robot);
+        let Some(information) = settings.sqrt_information(o) else { continue };
+        match settings.bias {
+            Some(bias) => {
+                let response = bias.response(o);
+                graph.push(BiasedBetweenFactor::new(from, to, measured, information, &response));
+            }
+            None => graph.push(BetweenFactor::new(from, to, measured, information)),
         }
     }
 }
@@ -44,18 +62,49 @@ impl Problem<'_> {
         Some(values.pose(Key::Robot(step))? * self.observations.robot_from_camera)
     }
 
-    /// P(z^g | x_k, o_i) of Eq. 6 for one object: bearings, and depths where the detector tells them.
+    /// The prior of an object's offset, of objects that are centres: an ellipsoid has edges of its own.
+    fn offset(&self) -> Option<&BearingOffset> {
+        self.settings.bearing_offset.as_ref().filter(|_| self.settings.extents.is_none())
+    }
+
+    /// P(z^g | x_k, o_i) of Eq. 6 for one object: bearings, with the prior of their offset where that is a variable, and depths where
+    /// the detector tells them.
     pub fn add_bearings(&self, graph: &mut Graph<'_>, track: usize, sightings: &[Sighting]) {
+        let offset = self.offset();
+        if offset.is_some() {
+            graph.push(StandardNormalPrior::new(Key::Offset(track)));
+        }
         for sighting in sightings {
-            graph.push(BearingFactor::new(
+            let sigma = self.settings.bearing_noise.sigma(sighting.angular_size);
+            let bearing = BearingFactor::new(
                 Key::Robot(sighting.step),
                 Key::Object(track),
                 self.observations.robot_from_camera,
                 &sighting.ray_in_camera,
-                self.settings.bearing_noise.sigma(sighting.angular_size),
+                sigma,
                 self.settings.bearing_kernel,
-            ));
+            );
+            match offset {
+                Some(offset) => {
+                    graph.push(OffsetBearingFactor::new(
+                        bearing,
+                        track,
+                        offset,
+                        sighting.angular_size,
+                        sigma,
+                    ));
+                }
+                None => graph.push(bearing),
+            }
             self.add_depth(graph, track, sighting);
+        }
+    }
+
+    /// Adds the first value of the offset of an object's boxes, where that is a variable: none.
+    pub fn add_offset(&self, values: &mut Values, track: usize) {
+        if let Some(offset) = self.offset() {
+            let none = DVector::zeros(OffsetBearingFactor::dim(offset));
+            values.insert(Key::Offset(track), Value::Vector(none));
         }
     }
 

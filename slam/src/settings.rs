@@ -1,10 +1,14 @@
 //! What estimators are told beside observations, grouped by what uses it.
 
-use crate::noise::{BearingNoise, Kernel};
+use crate::bearing_offset::BearingOffset;
+use crate::noise::{BearingNoise, Kernel, sqrt_information};
+use crate::odometry_bias::OdometryBias;
 use crate::solve::Limits;
 use garde::Validate;
+use nalgebra::Matrix6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vantage_dataset::Odometry;
 use vantage_dataset::rule::{not_nan, not_negative, positive};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
 
@@ -13,6 +17,8 @@ use vantage_dataset::sighting::DIAMETER_PER_BOX;
 pub struct Settings {
     /// Of every estimator.
     pub solver: SolverSettings,
+    /// Of every estimator.
+    pub odometry: OdometrySettings,
     /// Of those that read boxes.
     pub geometry: GeometrySettings,
     /// Of those that read crops.
@@ -35,12 +41,23 @@ pub struct SolverSettings {
     pub covariances: bool,
 }
 
+/// Odometry, beside the covariances it comes with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Validate)]
+pub struct OdometrySettings {
+    /// Prior of the bias, as a variable; none where each covariance's share of it counts as white noise.
+    #[garde(dive)]
+    pub bias: Option<OdometryBias>,
+}
+
 /// Boxes and landmarks' pixels, and what is placed by them.
 #[derive(Clone, Copy, Debug, PartialEq, Validate)]
 pub struct GeometrySettings {
     /// Noise of the bearings.
     #[garde(dive)]
     pub bearing_noise: BearingNoise,
+    /// Prior of the offset of an object's boxes from its centre, as a variable; none where it is left to the noise.
+    #[garde(dive)]
+    pub bearing_offset: Option<BearingOffset>,
     /// Kernel of the bearings, of depths and of landmarks' pixels.
     #[garde(dive)]
     pub bearing_kernel: Kernel,
@@ -120,6 +137,13 @@ pub struct OrientationSettings {
     pub alternatives: usize,
 }
 
+impl OdometrySettings {
+    /// The square root of the information of a measurement's white noise; `None` where that has no covariance.
+    pub fn sqrt_information(&self, odometry: &Odometry) -> Option<Matrix6<f64>> {
+        sqrt_information(&self.bias.map_or(odometry.covariance, |bias| bias.white(odometry)))
+    }
+}
+
 impl SolverSettings {
     /// When to stop.
     pub fn limits(&self) -> Limits {
@@ -137,6 +161,7 @@ impl Default for GeometrySettings {
     fn default() -> Self {
         Self {
             bearing_noise: BearingNoise { fixed: 0.003, proportional: 0.05 },
+            bearing_offset: None,
             bearing_kernel: Kernel::Huber { threshold: 2.0 },
             minimum_parallax: 0.03,
             size_over_box_side: DIAMETER_PER_BOX,
@@ -169,8 +194,8 @@ mod tests {
 
     #[test]
     fn defaults_are_valid_and_numbers_that_are_none_are_refused_by_name() {
-        let Settings { solver, geometry, semantics, orientation } = Settings::default();
-        assert!(solver.validate().is_ok() && geometry.validate().is_ok());
+        let Settings { solver, odometry, geometry, semantics, orientation } = Settings::default();
+        assert!(solver.validate().is_ok() && odometry.validate().is_ok() && geometry.validate().is_ok());
         assert!(semantics.validate().is_ok() && orientation.validate().is_ok());
         let told = |settings: &dyn Fn() -> Result<(), garde::Report>| settings().unwrap_err().to_string();
         for bad in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
@@ -184,5 +209,12 @@ mod tests {
         assert!(OrientationSettings { yaw_candidates: 0, ..orientation }.validate().is_err());
         let bearing_noise = BearingNoise { fixed: 0.0, proportional: 0.0 };
         assert!(GeometrySettings { bearing_noise, ..geometry }.validate().is_err());
+        for length in [0.0, f64::NAN, f64::INFINITY] {
+            let bearing_offset =
+                Some(BearingOffset { horizontal: 0.02, vertical: 0.02, length, smoothness: 2.0 });
+            assert!(GeometrySettings { bearing_offset, ..geometry }.validate().is_err(), "{length}");
+        }
+        let bias = Some(OdometryBias { translation_per_metre: f64::NAN, rotation_deg_per_metre: 0.1 });
+        assert!(OdometrySettings { bias }.validate().is_err());
     }
 }

@@ -1,4 +1,5 @@
-//! The variables: robot poses X, objects O with their extents, latents E and landmarks L, with their retraction.
+//! The variables: robot poses X, objects O with their extents, latents E, landmarks L, and what is shared by many measurements, with
+//! their retraction.
 
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
@@ -18,6 +19,10 @@ pub enum Key {
     Landmark(usize),
     /// Logarithms of the semi-axes, metres, of the object of a track.
     Extents(usize),
+    /// How the centre of a track's boxes lies off the object's centre, by azimuth.
+    Offset(usize),
+    /// The bias of odometry, along and yaw, in its own deviations.
+    OdometryBias,
 }
 
 impl fmt::Display for Key {
@@ -28,6 +33,8 @@ impl fmt::Display for Key {
             Key::Latent(track) => write!(f, "the latent of track {track}"),
             Key::Landmark(landmark) => write!(f, "landmark {landmark}"),
             Key::Extents(track) => write!(f, "the extents of track {track}"),
+            Key::Offset(track) => write!(f, "the offset of the boxes of track {track}"),
+            Key::OdometryBias => write!(f, "the bias of odometry"),
         }
     }
 }

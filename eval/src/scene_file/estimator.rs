@@ -5,10 +5,12 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vantage_dataset::rule::not_nan;
+use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::noise::{BearingNoise, Kernel};
+use vantage_slam::odometry_bias::OdometryBias;
 use vantage_slam::{
-    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OrientationSettings, SemanticSettings, Settings,
-    SolverSettings,
+    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,
+    SemanticSettings, Settings, SolverSettings,
 };
 
 /// Settings of the estimator; every field has a default.
@@ -29,9 +31,20 @@ pub struct EstimatorSpec {
     #[garde(skip)]
     pub covariances: bool,
 
+    /// Prior of odometry's bias as a variable: what the robot's data sheet says. The covariance of each step is then less by the
+    /// bias's share. Default: none, so that the bias counts as white noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub odometry_bias: Option<OdometryBias>,
+
     /// Noise of the bearings. Default: 0.003 fixed, 0.05 per angular size of the box.
     #[garde(dive)]
     pub bearing_noise: BearingNoise,
+    /// Prior of the offset of an object's boxes from its centre as a variable, a smooth function of the azimuth. `bearing_noise` is
+    /// then what is left. Default: none, so that `bearing_noise` holds the offset too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub bearing_offset: Option<BearingOffset>,
     /// Kernel of the bearings, of depths and of landmarks' pixels. Default: Huber with threshold 2.
     #[garde(dive)]
     pub bearing_kernel: Kernel,
@@ -93,8 +106,10 @@ impl EstimatorSpec {
                 tolerance: self.tolerance,
                 covariances: self.covariances,
             },
+            odometry: OdometrySettings { bias: self.odometry_bias },
             geometry: GeometrySettings {
                 bearing_noise: self.bearing_noise,
+                bearing_offset: self.bearing_offset,
                 bearing_kernel: self.bearing_kernel,
                 minimum_parallax: self.minimum_parallax,
                 size_over_box_side: self.size_over_box_side,
@@ -120,13 +135,15 @@ impl EstimatorSpec {
 
 impl Default for EstimatorSpec {
     fn default() -> Self {
-        let Settings { solver, geometry, semantics, orientation } = Settings::default();
+        let Settings { solver, odometry, geometry, semantics, orientation } = Settings::default();
         Self {
             rows: Row::ALL.to_vec(),
             max_iterations: solver.max_iterations,
             tolerance: solver.tolerance,
             covariances: solver.covariances,
+            odometry_bias: odometry.bias,
             bearing_noise: geometry.bearing_noise,
+            bearing_offset: geometry.bearing_offset,
             bearing_kernel: geometry.bearing_kernel,
             minimum_parallax: geometry.minimum_parallax,
             extents: geometry.extents,

@@ -9,7 +9,7 @@ use crate::input::{EstimateError, check_observations, check_settings};
 use crate::mapping::{place_landmarks, place_objects};
 use crate::posterior::{Posterior, Seen};
 use crate::problem::{Problem, add_odometry};
-use crate::settings::{GeometrySettings, Settings, SolverSettings};
+use crate::settings::{GeometrySettings, OdometrySettings, Settings, SolverSettings};
 use crate::sighting::{landmark_sightings, sightings};
 use crate::solve::Outcome;
 use vantage_dataset::Observations;
@@ -18,13 +18,15 @@ use vantage_dataset::Observations;
 #[derive(Clone, Copy, Debug)]
 pub struct Geometric {
     pub(super) solver: SolverSettings,
+    odometry: OdometrySettings,
     geometry: GeometrySettings,
 }
 
 impl Geometric {
     /// An estimator with some settings.
     pub fn new(settings: &Settings) -> Self {
-        Self { solver: settings.solver, geometry: settings.geometry }
+        let Settings { solver, odometry, geometry, .. } = *settings;
+        Self { solver, odometry, geometry }
     }
 
     /// The problem of an episode.
@@ -35,8 +37,9 @@ impl Geometric {
     /// The posterior of an episode, with room for the factors of a model that lives for `'m`.
     pub(super) fn posterior<'m>(&self, observations: &Observations) -> Result<Posterior<'m>, EstimateError> {
         check_settings(&self.solver)?;
+        check_settings(&self.odometry)?;
         check_settings(&self.geometry)?;
-        check_observations(observations)?;
+        check_observations(observations, &self.odometry)?;
         let problem = self.problem(observations);
         let (mut whole, truncated) = sightings(observations);
         let mut dropped = Dropped { truncated: truncated.values().sum(), ..Dropped::default() };
@@ -55,7 +58,7 @@ impl Geometric {
         let unresolved_landmarks = place_landmarks(&problem, &mut start, &mut landmarks, &mut dropped);
 
         let mut graph = Graph::default();
-        add_odometry(&mut graph, observations);
+        add_odometry(&mut graph, &mut start, observations, &self.odometry);
         for (&track, of_track) in &whole {
             match &self.geometry.extents {
                 Some(extents) => {

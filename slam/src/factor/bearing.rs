@@ -16,8 +16,8 @@ const SMALL_SINE: f64 = 1e-4;
 /// camera, where a bad start value may put it.
 #[derive(Clone, Debug)]
 pub struct BearingFactor {
-    keys: [Key; 2],
-    robot_from_camera: Pose,
+    pub(super) keys: [Key; 2],
+    pub(super) robot_from_camera: Pose,
     ray: Vector3<f64>,
     tangent: Matrix2x3<f64>,
     sqrt_information: Matrix2<f64>,

@@ -2,8 +2,10 @@
 
 pub mod bearing;
 pub mod between;
+pub mod biased_between;
 pub mod box_edges;
 pub mod depth;
+pub mod offset_bearing;
 pub mod prior;
 pub mod projection;
 pub mod semantic;
@@ -15,8 +17,10 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
+pub use biased_between::BiasedBetweenFactor;
 pub use box_edges::BoxEdgesFactor;
 pub use depth::DepthFactor;
+pub use offset_bearing::OffsetBearingFactor;
 pub use prior::{ExtentsPrior, PosePrior, StandardNormalPrior};
 pub use projection::ProjectionFactor;
 pub use semantic::SemanticFactor;

@@ -1,6 +1,6 @@
 //! The normal equations `(J^T W J + lambda D) delta = -J^T W r`, and how they are solved.
 //!
-//! A latent meets only the factors of its own object, so its block is eliminated there first, densely
+//! A latent or an offset meets only factors of its own object, so its block is eliminated there first, densely
 //! ([`system`], [`reduced`], [`step`]); poses and objects remain in a sparse system ([`structure`]) that faer orders
 //! (AMD, which takes objects before the poses that see them) and factorises.
 

@@ -1,7 +1,7 @@
 //! The system of poses and objects that is left once every latent is eliminated inside its own object.
 
 use super::structure::Structure;
-use super::system::{System, latent_damping_scale};
+use super::system::{System, local_damping_scale};
 use faer::linalg::matmul::triangular;
 use faer::linalg::solvers::Llt as DenseLlt;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -45,9 +45,10 @@ impl<'s> Reduced<'s> {
             }
         }
         for (index, local) in system.locals.iter().enumerate() {
+            let key = structure.locals[index].key;
             let mut block = local.hessian.clone();
             for i in 0..block.nrows() {
-                block[(i, i)] += lambda * latent_damping_scale(local.hessian[(i, i)]);
+                block[(i, i)] += lambda * local_damping_scale(key, local.hessian[(i, i)]);
             }
             let factor = DenseLlt::new(block.as_ref(), Side::Lower).ok()?;
             let mut coupling = local.coupling.clone();

@@ -2,7 +2,7 @@
 
 use super::reduced::Reduced;
 use super::structure::Structure;
-use super::system::{System, latent_damping_scale};
+use super::system::{System, local_damping_scale};
 use crate::variable::Values;
 
 /// A step of all free variables.
@@ -21,9 +21,10 @@ impl System<'_> {
         for (column, delta) in kept.iter().enumerate() {
             model += delta * (lambda * self.scale(column) * delta - self.gradient[column]);
         }
-        for (local, delta) in self.locals.iter().zip(&locals) {
+        for ((local, layout), delta) in self.locals.iter().zip(&self.structure.locals).zip(&locals) {
             for (i, d) in delta.iter().enumerate() {
-                model += d * (lambda * latent_damping_scale(local.hessian[(i, i)]) * d - local.gradient[i]);
+                let scale = local_damping_scale(layout.key, local.hessian[(i, i)]);
+                model += d * (lambda * scale * d - local.gradient[i]);
             }
         }
         let predicted_decrease = model / 2.0;

@@ -17,7 +17,7 @@ pub(super) struct Kept {
     pub dim: usize,
 }
 
-/// A latent that is eliminated inside its own object.
+/// A latent or an offset that is eliminated inside its own object.
 #[derive(Clone, Debug)]
 pub(super) struct Local {
     pub key: Key,
@@ -199,21 +199,21 @@ impl Structure {
     }
 }
 
-/// Free latents that never meet another free latent in a factor.
+/// Free latents and offsets that never meet another of either in a factor.
 fn local_keys(graph: &Graph<'_>, is_free: &impl Fn(Key) -> bool) -> BTreeSet<Key> {
     let mut locals = BTreeSet::new();
     let mut coupled = BTreeSet::new();
     for factor in graph.factors() {
-        let latents: Vec<Key> = factor
+        let of_object: Vec<Key> = factor
             .keys()
             .iter()
             .copied()
-            .filter(|key| matches!(key, Key::Latent(_)) && is_free(*key))
+            .filter(|key| matches!(key, Key::Latent(_) | Key::Offset(_)) && is_free(*key))
             .collect();
-        if latents.len() > 1 {
-            coupled.extend(latents.iter().copied());
+        if of_object.len() > 1 {
+            coupled.extend(of_object.iter().copied());
         }
-        locals.extend(latents);
+        locals.extend(of_object);
     }
     &locals - &coupled
 }

@@ -17,13 +17,13 @@ const LATENT_DAMPING: f64 = 1e4;
 /// `H = J^T W J` and `g = J^T W r` of a graph at a point.
 pub struct System<'s> {
     pub(super) structure: &'s Structure,
-    /// Lower triangle over kept variables, before any latent is eliminated.
+    /// Lower triangle over kept variables, before anything is eliminated.
     pub(super) hessian: Vec<f64>,
     pub(super) gradient: Vec<f64>,
     pub(super) locals: Vec<LocalSystem>,
 }
 
-/// The rows of one latent.
+/// The rows of one latent or offset.
 pub(super) struct LocalSystem {
     /// `[D x D]`, lower triangle.
     pub hessian: Mat<f64>,
@@ -138,9 +138,10 @@ fn damping_scale(diagonal: f64) -> f64 {
     diagonal.clamp(DAMPING_SCALE.0, DAMPING_SCALE.1)
 }
 
-/// D of a latent's number.
-pub(super) fn latent_damping_scale(diagonal: f64) -> f64 {
-    LATENT_DAMPING * damping_scale(diagonal)
+/// D of a number of a variable that is eliminated inside its object.
+pub(super) fn local_damping_scale(key: Key, diagonal: f64) -> f64 {
+    let more = if matches!(key, Key::Latent(_)) { LATENT_DAMPING } else { 1.0 };
+    more * damping_scale(diagonal)
 }
 
 fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {

@@ -8,7 +8,7 @@ use vantage_dataset::{Seed, se3};
 const SEEDS: u64 = 40;
 
 /// Two-sided 99.9% interval of chi-square over its degrees of freedom (Wilson-Hilferty).
-fn interval(degrees_of_freedom: f64) -> (f64, f64) {
+pub fn interval(degrees_of_freedom: f64) -> (f64, f64) {
     let spread = (2.0 / (9.0 * degrees_of_freedom)).sqrt();
     let bound = |z: f64| (1.0 - 2.0 / (9.0 * degrees_of_freedom) + z * spread).powi(3);
     (bound(-3.2905), bound(3.2905))

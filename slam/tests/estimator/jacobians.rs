@@ -2,15 +2,17 @@
 
 use crate::model::TanhModel;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
-use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Pose, Seed, Stream, Tangent, se3};
+use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Odometry, Pose, Seed, Stream, Tangent, se3};
 use vantage_model::ObservationModel;
+use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, BoxEdgesFactor, DepthFactor, ExtentsPrior, Factor, PosePrior,
-    ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
+    BearingFactor, BetweenFactor, BiasedBetweenFactor, BoxEdgesFactor, DepthFactor, ExtentsPrior, Factor,
+    OffsetBearingFactor, PosePrior, ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
+use vantage_slam::odometry_bias::OdometryBias;
 use vantage_slam::variable::{Value, Values};
 use vantage_slam::{AzimuthDiscrepancy, Key};
 
@@ -226,4 +228,90 @@ fn semantic_of(model: &dyn ObservationModel) {
             tested += 1;
         }
     }
+}
+
+#[test]
+fn bearing_with_an_offset() {
+    let mut stream = Seed(6).stream("offset bearing", 0);
+    let offset = BearingOffset { horizontal: 0.3, vertical: 0.7, length: 0.6, smoothness: 2.0 };
+    for round in 0..100 {
+        let mut values = Values::default();
+        values.insert(Key::Robot(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 1.0, 1.0))));
+        let object = se3::exp(&random_tangent(&mut stream, 1.0, 3.0));
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if round % 2 == 0 { Value::Pose(object) } else { as_point });
+        let coefficients = DVector::from_fn(OffsetBearingFactor::dim(&offset), |_, _| stream.normal());
+        values.insert(Key::Offset(0), Value::Vector(coefficients));
+        let ray = Vector3::new(stream.normal(), stream.normal(), 1.0);
+        let mount = se3::exp(&random_tangent(&mut stream, 1.0, 0.2));
+        let kernel = Kernel::Huber { threshold: 2.0 };
+        let bearing = BearingFactor::new(Key::Robot(0), Key::Object(0), mount, &ray, 1.0, kernel);
+        let without = bearing.residual(&values).unwrap();
+        let factor = OffsetBearingFactor::new(bearing, 0, &offset, 0.8, 1.0);
+        check(&factor, &values);
+        assert!((factor.residual(&values).unwrap() - without).norm() > 1e-3, "the offset counts");
+    }
+}
+
+#[test]
+fn an_offset_moves_the_box_that_is_expected() {
+    let offset = BearingOffset { horizontal: 0.02, vertical: 0.05, length: 100.0, smoothness: 2.0 };
+    let mut values = Values::default();
+    values.insert(Key::Robot(0), Value::Pose(Pose::identity()));
+    values.insert(Key::Object(0), Value::Point(Vector3::new(0.6, -0.3, 2.0)));
+    let mut coefficients = DVector::zeros(OffsetBearingFactor::dim(&offset));
+    let constant = [0, coefficients.len() / 2];
+    (coefficients[constant[0]], coefficients[constant[1]]) = (2.0, -1.0);
+    values.insert(Key::Offset(0), Value::Vector(coefficients));
+    let (size, sigma) = (0.1, 0.001);
+    let expected = Vector3::new(0.3 + size * 0.02 * 2.0, -0.15 - size * 0.05, 1.0);
+    let bearing = BearingFactor::new(
+        Key::Robot(0),
+        Key::Object(0),
+        Pose::identity(),
+        &expected,
+        sigma,
+        Kernel::Gaussian,
+    );
+    let factor = OffsetBearingFactor::new(bearing, 0, &offset, size, sigma);
+    assert!(factor.residual(&values).unwrap().norm() < 0.02, "{}", factor.residual(&values).unwrap());
+}
+
+#[test]
+fn biased_between() {
+    let mut stream = Seed(7).stream("biased between", 0);
+    let bias = OdometryBias { translation_per_metre: 0.2, rotation_deg_per_metre: 20.0 };
+    for _ in 0..20 {
+        let mut values = Values::default();
+        for step in 0..2 {
+            values.insert(Key::Robot(step), Value::Pose(se3::exp(&random_tangent(&mut stream, 0.8, 3.0))));
+        }
+        values.insert(Key::OdometryBias, Value::Vector(DVector::from_fn(2, |_, _| stream.normal())));
+        let robot_from_robot = se3::exp(&random_tangent(&mut stream, 0.3, 1.0));
+        let odometry = Odometry { from: 0, to: 1, robot_from_robot, covariance: Matrix6::identity() };
+        let (from, to) = (Key::Robot(0), Key::Robot(1));
+        let information = random_information(&mut stream);
+        let response = bias.response(&odometry);
+        let factor = BiasedBetweenFactor::new(from, to, robot_from_robot, information, &response);
+        assert!(check(&factor, &values) > 1.0);
+    }
+}
+
+#[test]
+fn a_bias_explains_the_error_that_it_makes() {
+    let bias = OdometryBias { translation_per_metre: 0.1, rotation_deg_per_metre: 5.0 };
+    let motion = Pose::new(Vector3::new(0.5, 0.0, 0.0), Vector3::z() * 0.1);
+    let plain = Odometry { from: 0, to: 1, robot_from_robot: motion, covariance: Matrix6::identity() };
+    let numbers = Vector2::new(1.5, -0.5);
+    let measured = motion * se3::exp(&(bias.response(&plain) * numbers));
+    let biased = Odometry { robot_from_robot: measured, ..plain };
+    let mut values = Values::default();
+    values.insert(Key::Robot(0), Value::Pose(Pose::identity()));
+    values.insert(Key::Robot(1), Value::Pose(motion));
+    values.insert(Key::OdometryBias, Value::Vector(DVector::from_column_slice(numbers.as_slice())));
+    let response = bias.response(&biased);
+    let keys = (Key::Robot(0), Key::Robot(1));
+    let factor = BiasedBetweenFactor::new(keys.0, keys.1, measured, Matrix6::identity(), &response);
+    let unexplained = se3::log(&measured.inv_mul(&motion)).norm();
+    assert!(unexplained > 0.05 && factor.residual(&values).unwrap().norm() < 0.2 * unexplained);
 }

@@ -3,19 +3,23 @@
 use crate::model::TanhModel;
 use nalgebra::{DMatrix, DVector, Matrix6, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
-use vantage_dataset::{Pose, Seed, Tangent, se3};
+use vantage_dataset::{Odometry, Pose, Seed, Tangent, se3};
 use vantage_slam::Key;
+use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::covariance::Marginals;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
+    BearingFactor, BetweenFactor, BiasedBetweenFactor, OffsetBearingFactor, PosePrior, SemanticFactor,
+    StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::graph::Graph;
 use vantage_slam::linear::{Structure, least_constrained};
 use vantage_slam::noise::Kernel;
+use vantage_slam::odometry_bias::OdometryBias;
 use vantage_slam::variable::{Value, Values};
 
-/// Four poses, two objects with latents; object 1 is not seen from the first two poses.
+/// Four poses, odometry's bias, and two objects with latents, the second with an offset of its boxes too; it is not seen from the
+/// first two poses.
 fn small_graph(model: &TanhModel) -> (Graph<'_>, Values) {
     let mut stream = Seed(11).stream("small graph", 0);
     let mut graph = Graph::default();
@@ -33,18 +37,29 @@ fn small_graph(model: &TanhModel) -> (Graph<'_>, Values) {
     graph.push(PosePrior::new(Key::Robot(0), Pose::identity(), Matrix6::identity() * 100.0));
     for step in 1..4 {
         let motion = Pose::translation(0.3, 0.0, 0.0);
-        graph.push(BetweenFactor::new(
-            Key::Robot(step - 1),
-            Key::Robot(step),
-            motion,
-            Matrix6::identity() * 20.0,
-        ));
+        let (from, to) = (Key::Robot(step - 1), Key::Robot(step));
+        let odometry =
+            Odometry { from: step - 1, to: step, robot_from_robot: motion, covariance: Matrix6::identity() };
+        let bias = OdometryBias { translation_per_metre: 0.2, rotation_deg_per_metre: 10.0 };
+        let information = Matrix6::identity() * 20.0;
+        let response = bias.response(&odometry);
+        graph.push(BiasedBetweenFactor::new(from, to, motion, information, &response));
     }
+    values.insert(Key::OdometryBias, Value::Vector(DVector::from_element(2, 0.3)));
+    graph.push(StandardNormalPrior::new(Key::OdometryBias));
+    let offset = BearingOffset { horizontal: 0.2, vertical: 0.3, length: 1.0, smoothness: 2.0 };
+    let coefficients = DVector::from_fn(OffsetBearingFactor::dim(&offset), |i, _| 0.2 - 0.1 * i as f64);
+    values.insert(Key::Offset(1), Value::Vector(coefficients));
+    graph.push(StandardNormalPrior::new(Key::Offset(1)));
     for (step, track) in [(0, 0), (1, 0), (2, 0), (2, 1), (3, 1)] {
         let (robot, object) = (Key::Robot(step), Key::Object(track));
         let ray = Vector3::new(0.1 * track as f64, 0.05, 1.0);
         let kernel = Kernel::Huber { threshold: 2.0 };
-        graph.push(BearingFactor::new(robot, object, Pose::identity(), &ray, 0.1, kernel));
+        let bearing = BearingFactor::new(robot, object, Pose::identity(), &ray, 0.1, kernel);
+        match track {
+            1 => graph.push(OffsetBearingFactor::new(bearing, 1, &offset, 0.3, 0.1)),
+            _ => graph.push(bearing),
+        }
         let measurement = DVector::from_fn(4, |i, _| 0.3 * (i + step) as f64 - 0.5);
         let scaling = SemanticScaling { noise: 1.0, information: 0.8 };
         let keys = [robot, object, Key::Latent(track)];
@@ -86,6 +101,9 @@ fn a_step_solves_the_dense_normal_equations() {
     let (graph, values) = small_graph(&model);
     let (hessian, gradient, first) = dense(&graph, &values);
     let structure = Structure::new(&graph, &values, |_| true).unwrap();
+    for local in [Key::Latent(0), Key::Latent(1), Key::Offset(1)] {
+        assert!(structure.local_index(local).is_some(), "{local} stays in the sparse system");
+    }
     let system = structure.linearize(&graph, &values).unwrap();
     for lambda in [0.0, 1e-3, 1.0] {
         let mut damping = hessian.diagonal() * lambda;

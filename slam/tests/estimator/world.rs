@@ -7,8 +7,11 @@ use vantage_dataset::{
     BoundingBox, Camera, Crop, Detection, Observations, Odometry, Pose, Seed, Tangent, Viewpoint, se3,
 };
 use vantage_model::ObservationModel;
+use vantage_slam::bearing_offset::BearingOffset;
+use vantage_slam::factor::OffsetBearingFactor;
 use vantage_slam::noise::{BearingNoise, Kernel};
-use vantage_slam::{Estimate, GeometrySettings, Settings};
+use vantage_slam::odometry_bias::OdometryBias;
+use vantage_slam::{Estimate, GeometrySettings, OdometrySettings, Settings};
 
 #[derive(Clone, Copy)]
 pub struct WorldSpec {
@@ -22,6 +25,9 @@ pub struct WorldSpec {
     /// Tangent of the angle.
     pub bearing_sigma: f64,
     pub semantic_sigma: f64,
+    /// How boxes lie off their objects.
+    pub bearing_offset: Option<BearingOffset>,
+    pub odometry_bias: Option<OdometryBias>,
 }
 
 impl WorldSpec {
@@ -35,6 +41,8 @@ impl WorldSpec {
             odometry_sigma: [0.01, 0.01],
             bearing_sigma: 0.01,
             semantic_sigma: 0.03,
+            bearing_offset: None,
+            odometry_bias: None,
         }
     }
 
@@ -58,11 +66,13 @@ pub const SIZE_OVER_BOX_SIDE: f64 = 1.2;
 pub fn matching_settings(world: &WorldSpec) -> Settings {
     let geometry = GeometrySettings {
         bearing_noise: BearingNoise { fixed: world.bearing_sigma.max(1e-3), proportional: 0.0 },
+        bearing_offset: world.bearing_offset,
         bearing_kernel: Kernel::Gaussian,
         size_over_box_side: SIZE_OVER_BOX_SIDE,
         ..GeometrySettings::default()
     };
-    Settings { geometry, ..Settings::default() }
+    let odometry = OdometrySettings { bias: world.odometry_bias };
+    Settings { odometry, geometry, ..Settings::default() }
 }
 
 impl World {
@@ -114,11 +124,19 @@ impl World {
         let sigma = |i: usize| if i < 3 { rotation } else { translation };
         let covariance = Matrix6::from_diagonal(&Tangent::from_fn(|i, _| sigma(i).max(1e-3).powi(2)));
         let mut noise = seed.stream("odometry", 0);
+        let mut bias_stream = seed.stream("odometry bias", 0);
+        let bias = Vector2::from_fn(|_, _| bias_stream.normal());
         for to in 1..spec.steps {
             let motion = self.world_from_robot[to - 1].inv_mul(&self.world_from_robot[to]);
             let error = Tangent::from_fn(|i, _| sigma(i) * noise.normal());
-            let robot_from_robot = motion * se3::exp(&error);
-            self.observations.odometry.push(Odometry { from: to - 1, to, robot_from_robot, covariance });
+            let mut odometry = Odometry { from: to - 1, to, robot_from_robot: motion, covariance };
+            let shared = spec.odometry_bias.map(|of| of.response(&odometry) * bias);
+            odometry.robot_from_robot = motion * se3::exp(&(error + shared.unwrap_or_else(Tangent::zeros)));
+            if let Some(of) = spec.odometry_bias {
+                let response = of.response(&odometry);
+                odometry.covariance += response * response.transpose();
+            }
+            self.observations.odometry.push(odometry);
         }
     }
 
@@ -133,8 +151,10 @@ impl World {
                 let p_in_camera = object_from_camera.inverse().translation.vector;
                 let Some(center) = camera.project(&p_in_camera.into()) else { continue };
                 let error = Vector2::from_fn(|_, _| spec.bearing_sigma * camera.fx * noise.normal());
-                let center = center + error;
                 let side = camera.fx * self.sizes[track] / SIZE_OVER_BOX_SIDE / p_in_camera.z;
+                let direction =
+                    world_from_camera.translation.vector - self.world_from_object[track].translation.vector;
+                let center = center + error + box_offset(spec, track, seed, &direction) * side;
                 let half = Vector2::new(side, side) / 2.0;
                 let bounding_box = BoundingBox { min: center - half, max: center + half };
                 let inside = |p: Vector2<f64>| {
@@ -184,6 +204,17 @@ impl World {
             })
             .collect()
     }
+}
+
+/// How a box lies off its object that is seen from `direction`, box sides.
+fn box_offset(spec: &WorldSpec, track: usize, seed: Seed, direction: &Vector3<f64>) -> Vector2<f64> {
+    let Some(offset) = spec.bearing_offset else { return Vector2::zeros() };
+    let mut stream = seed.stream("offset", track as u64);
+    let coefficients = nalgebra::DVector::from_fn(OffsetBearingFactor::dim(&offset), |_, _| stream.normal());
+    let distance = direction.xy().norm();
+    let (phi, _) = offset.harmonics().at([direction.x / distance, direction.y / distance]);
+    let along = |first| phi.dot(&coefficients.rows(first, phi.len()));
+    Vector2::new(offset.horizontal * along(0), offset.vertical * along(phi.len()))
 }
 
 /// A camera 0.5 m up, pitched down a little, that looks to the robot's left (into the loop) or right.

@@ -1,9 +1,11 @@
 //! Episodes to try settings on: *validation* objects, and seeds far from those of any scene's evaluation.
 
+mod boxes;
 mod calibrate;
 pub mod error;
 mod evidence;
 mod headroom;
+mod offset_fit;
 
 pub use calibrate::calibrate;
 pub use headroom::headroom;
