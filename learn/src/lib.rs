@@ -28,6 +28,7 @@ mod embedding_model;
 mod error;
 mod file;
 mod folder;
+pub mod gaussian_process;
 mod latent;
 mod manifest;
 mod model;

@@ -108,7 +108,7 @@ impl Default for EstimatorSpec {
     fn default() -> Self {
         let Settings { solver, geometry, semantics, orientation } = Settings::default();
         Self {
-            rows: Row::ALL.to_vec(),
+            rows: Row::DEFAULT.to_vec(),
             max_iterations: solver.max_iterations,
             tolerance: solver.tolerance,
             covariances: solver.covariances,

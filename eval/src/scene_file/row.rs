@@ -3,8 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_model::ObservationModel;
-use vantage_slam::{Estimator, Geometric, OdometryOnly, Semantic, Settings, Uninformative};
+use vantage_slam::{
+    Estimator, Geometric, OdometryOnly, OrientationSettings, Semantic, Settings, Uninformative,
+};
 
 /// Declares [`Row`]: what each is, and what makes its estimator of the settings and a model.
 macro_rules! rows {
@@ -44,9 +47,18 @@ rows! {
     /// The variables and factors of `viewpoint_dependent`, its semantic factors with zero information: a
     /// control that must equal `geometric`.
     Uninformative => Uninformative::new;
+    /// Geometric, with an untrained Gaussian process per object over the azimuth in place of a model; runs where a scene names it.
+    GaussianProcess => |settings: &Settings, _| {
+        // Its prior is the same for every yaw: the first one tried is the object's frame.
+        let orientation = OrientationSettings { yaw_candidates: 1, ..settings.orientation };
+        Semantic::new(&Settings { orientation, ..*settings }, GaussianProcess::fitted())
+    };
 }
 
 impl Row {
+    /// The rows of a scene that names none.
+    pub const DEFAULT: &[Row] = &[Row::Odometry, Row::Geometric, Row::ViewpointDependent, Row::Uninformative];
+
     /// Whether there is one for each model, by whose name it is printed.
     pub fn is_of_model(self) -> bool {
         self == Row::ViewpointDependent

@@ -16,7 +16,8 @@ use crate::pipeline::{chosen_model, model};
 use crate::result::statistics::quantile;
 use nalgebra::Point3;
 use std::io::Write;
-use vantage_dataset::{Pose, se3};
+use vantage_dataset::{ObjectTruth, Pose, Viewpoint, se3};
+use vantage_learn::gaussian_process::Hyperparameters;
 use vantage_slam::{Estimate, Estimator, Geometric, Semantic};
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
@@ -38,6 +39,9 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         boxes.offset, boxes.in_sides
     )?;
     writeln!(stdout, "size over box side: {:.3}\n", boxes.size_over_side)?;
+
+    let (fitted, likelihood) = of_gaussian_process(&trials);
+    writeln!(stdout, "gaussian process, log marginal likelihood {likelihood:.0}: {fitted:#.4?}\n")?;
 
     let mut settings = pipeline.file.estimator.settings();
     settings.solver.covariances = true;
@@ -98,6 +102,28 @@ impl Boxes {
             size_over_side: quantile(&ratios, 0.5).unwrap_or(f64::NAN),
         }
     }
+}
+
+/// The hyper-parameters that objects ask for.
+fn of_gaussian_process(trials: &[Trial]) -> (Hyperparameters, f64) {
+    let of_trial = |Trial { observations, truth }: &'_ Trial| {
+        let object = |(track, object): (usize, &ObjectTruth)| {
+            let detections = observations.detections.iter().filter(|detection| detection.track == track);
+            let views = detections.filter_map(|detection| {
+                let world_from_camera =
+                    truth.world_from_robot[detection.step] * observations.robot_from_camera;
+                let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
+                let viewpoint = Viewpoint::new(&object_from_camera, object.size)?;
+                Some((detection.masked_crop.clone(), viewpoint.azimuth()))
+            });
+            views.collect::<Vec<_>>()
+        };
+        truth.objects.iter().enumerate().map(object).collect::<Vec<_>>()
+    };
+    let objects: Vec<_> = trials.iter().flat_map(of_trial).collect();
+    let lent: Vec<Vec<_>> =
+        objects.iter().map(|views| views.iter().map(|(crop, azimuth)| (crop, *azimuth)).collect()).collect();
+    Hyperparameters::fit(&lent)
 }
 
 /// NEES over 6 of all poses but the first, which is the world's frame; not a number where one has no covariance.
