@@ -47,7 +47,8 @@ rows! {
     /// The variables and factors of `viewpoint_dependent`, its semantic factors with zero information: a
     /// control that must equal `geometric`.
     Uninformative => Uninformative::new;
-    /// Geometric, with an untrained Gaussian process per object over the azimuth in place of a model; runs where a scene names it.
+    /// Geometric, with an untrained Gaussian process per object over the azimuth in place of a model; runs where a scene
+    /// names it.
     GaussianProcess => |settings: &Settings, _| {
         // Its prior is the same for every yaw: the first one tried is the object's frame.
         let orientation = OrientationSettings { yaw_candidates: 1, ..settings.orientation };
