@@ -2,7 +2,7 @@
 
 use super::reduced::COMPONENTS;
 
-/// Fitted by marginal likelihood on validation objects.
+/// What [`Hyperparameters::fit`] fits by marginal likelihood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hyperparameters {
     /// Concentration of the kernel over the azimuth; about one over its squared length in radians.
@@ -14,6 +14,6 @@ pub struct Hyperparameters {
 }
 
 impl Hyperparameters {
-    /// What `bench calibrate scenes/sparse_loop.yaml 40` prints.
+    /// Placeholders, not fitted yet: to be replaced by what `bench calibrate scenes/sparse_loop.yaml 40` prints.
     pub const FITTED: Self = Self { kappa: 3.0, signal: [0.1; COMPONENTS], noise: [0.05; COMPONENTS] };
 }

@@ -19,6 +19,9 @@ pub fn measurement(crop: &Crop) -> Option<DVector<f64>> {
     let pixels = crop.0.as_chunks::<3>().0;
     let inside = |rgb: &[u8; 3]| rgb.iter().any(|&value| value > 0);
     let count = pixels.iter().filter(|rgb| inside(rgb)).count() as f64;
+    if count == 0.0 {
+        return None;
+    }
     let channel = |c: usize| -> Vec<f64> {
         let of_object = || pixels.iter().filter(|rgb| inside(rgb)).map(|rgb| f64::from(rgb[c]));
         let mean = of_object().sum::<f64>() / count;

@@ -103,5 +103,9 @@ fn the_fit_finds_the_noise_and_prefers_a_kernel_that_explains() {
     let shuffled: Vec<_> = crops.iter().zip(azimuths.iter().map(|a| a * 11.0)).collect();
     let (smooth, rough) = (Hyperparameters::fit(&[object]), Hyperparameters::fit(&[shuffled]));
     assert!(smooth.1 > rough.1, "{} {}", smooth.1, rough.1);
-    assert!(smooth.0.noise.iter().zip(smooth.0.signal).all(|(noise, signal)| *noise < signal));
+    // Grey across and grey down, which move with the azimuth; the silhouette of this object hardly does.
+    for j in [0, 3] {
+        let (noise, signal) = (smooth.0.noise[j], smooth.0.signal[j]);
+        assert!(noise < 0.5 * signal, "component {j}: {noise} of {signal}");
+    }
 }
