@@ -10,6 +10,8 @@ use nalgebra::{Matrix6, Point3, Vector2, Vector3};
 /// One run of a robot through one world.
 #[derive(Clone, Debug)]
 pub struct Episode {
+    /// What it was made from; an estimator that had it could make the truth anew.
+    pub seed: Seed,
     /// What the robot has.
     pub observations: Observations,
     /// What only scoring, and training where the paper allows it, may read.
@@ -19,8 +21,6 @@ pub struct Episode {
 /// Everything an estimator may use: `H_k` of Eq. 1.
 #[derive(Clone, Debug)]
 pub struct Observations {
-    /// The seed that made this episode.
-    pub seed: Seed,
     /// Seconds since the start, one a step, strictly increasing.
     pub timestamps: Vec<f64>,
     /// Intrinsics of the camera.

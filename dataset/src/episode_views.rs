@@ -110,8 +110,8 @@ mod tests {
             covariance: Matrix6::identity(),
         });
         Episode {
+            seed: Seed(0),
             observations: Observations {
-                seed: Seed(0),
                 timestamps: (0..4).map(f64::from).collect(),
                 camera,
                 robot_from_camera: Pose::identity(),

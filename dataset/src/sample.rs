@@ -51,7 +51,7 @@ impl Episode {
             let world_from_camera = truth.world_from_robot[detection.step] * observed.robot_from_camera;
             let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
             Some(Sample {
-                episode: observed.seed.0,
+                episode: self.seed.0,
                 step: detection.step,
                 timestamp: observed.timestamps[detection.step],
                 track: detection.track,

@@ -55,6 +55,14 @@ pub fn models() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
+/// The folder of the reference model of a name, laid out in the cache; `None` where there is no such model.
+pub fn model(name: &str, cache: &Path) -> Result<Option<PathBuf>, StoreError> {
+    match models().any(|(other, _)| other == name) {
+        true => Ok(Some(lay_out(cache)?.join("models").join(name))),
+        false => Ok(None),
+    }
+}
+
 /// The folder of the cache that holds all of it as the repository does, made where it is not there; every file's hash is checked.
 pub fn lay_out(cache: &Path) -> Result<PathBuf, StoreError> {
     let hashes: Vec<_> =

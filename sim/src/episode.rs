@@ -57,6 +57,7 @@ pub fn observe<E: From<SimError>>(
     }
     let (detections, detection_truths) = seen.into_iter().unzip();
     Ok(Episode {
+        seed: rollout.seed,
         truth: Truth {
             objects: rollout.world.truth(),
             world_from_robot: rollout.drive.world_from_robot.clone(),
@@ -64,7 +65,6 @@ pub fn observe<E: From<SimError>>(
             detections: detection_truths,
         },
         observations: Observations {
-            seed: rollout.seed,
             timestamps: rollout.drive.timestamps.clone(),
             camera: rollout.camera,
             robot_from_camera: rollout.robot_from_camera,

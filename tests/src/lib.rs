@@ -74,29 +74,54 @@ impl SmallScene {
         self.folder.path().join(name)
     }
 
-    /// `bench scene.yaml` with the reference renderer, its output and cache in the folder.
+    /// `bench`, a command and a file of the folder, with the reference renderer and its cache in the folder.
+    pub fn on(&self, command: &[&str], file: &str) -> Command {
+        let mut bench = bench();
+        bench.args(command).arg(self.path(file)).args(["--renderer", "reference", "--cache"]);
+        bench.arg(self.path("cache"));
+        bench
+    }
+
+    /// `bench scene.yaml` into `out`.
     pub fn command(&self) -> Command {
-        let mut command = bench();
-        command.arg(self.path("scene.yaml"));
-        command.args(["--renderer", "reference", "--out"]).arg(self.path("out"));
-        command.arg("--cache").arg(self.path("cache"));
+        let mut command = self.on(&[], "scene.yaml");
+        command.arg("--out").arg(self.path("out"));
         command
     }
 
-    /// `bench dataset scene.yaml` into a folder of the scene's, with the reference renderer.
+    /// `bench dataset scene.yaml` into a folder of the scene's.
     pub fn dataset(&self, out: &str, args: &[&str]) -> Command {
-        let mut command = bench();
-        command.arg("dataset").arg(self.path("scene.yaml")).args(["--renderer", "reference"]).args(args);
-        command.arg("--out").arg(self.path(out));
+        let mut command = self.on(&["dataset"], "scene.yaml");
+        command.args(args).arg("--out").arg(self.path(out));
         command
+    }
+
+    /// Writes a study, without its name, purpose and scene, and runs it into `out`.
+    ///
+    /// # Panics
+    /// If it cannot be written, or the program not be started.
+    pub fn study(&self, name: &str, text: &str) -> Finished {
+        let head = format!("version: 1\nname: {name}\npurpose: To see.\nscene: scene.yaml\n");
+        std::fs::write(self.path("study.yaml"), head + text).expect("a study file");
+        Finished::of(self.on(&["study"], "study.yaml").arg("--out").arg(self.path("out")))
+    }
+
+    /// Writes a mesh of a cube, `box.obj`.
+    ///
+    /// # Panics
+    /// If it cannot be written.
+    pub fn write_box(&self) {
+        let corner = |i: u32| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2);
+        let corners: String = (0..8).map(corner).collect();
+        let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+        std::fs::write(self.path("box.obj"), corners + faces).expect("a mesh");
     }
 
     /// `bench train scene.yaml` on the view sets `train` and `validation` in the scene's folder, into `model`.
     pub fn train_on_views(&self) -> Command {
-        let mut command = bench();
-        command.arg("train").arg(self.path("scene.yaml")).args(["--renderer", "reference", "--views"]);
-        command.arg(self.path("train")).arg("--validation-views").arg(self.path("validation"));
-        command.arg("--cache").arg(self.path("cache")).arg("--out").arg(self.path("model"));
+        let mut command = self.on(&["train"], "scene.yaml");
+        command.arg("--views").arg(self.path("train")).arg("--validation-views").arg(self.path("validation"));
+        command.arg("--out").arg(self.path("model"));
         command
     }
 

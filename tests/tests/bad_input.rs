@@ -60,10 +60,7 @@ fn furniture_and_fixtures_that_cannot_stand_there_are_refused_with_line_and_colu
         "  fixtures:\n    - { path: box.obj, metres_per_unit: 1, up: z, at: [2, 2] }\n    - { path: box.obj, \
          metres_per_unit: 1, up: z, at: [2.5, 2] }\n  spacing:",
     )]);
-    let corner = |i: u32| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2);
-    let corners: String = (0..8).map(corner).collect();
-    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-    fs::write(scene.path("box.obj"), corners + faces).expect("a mesh");
+    scene.write_box();
     scene.run().expect(2, &["scene.yaml:12:7: world.fixtures[1]: stands in world.fixtures[0]"]);
     refused(
         "objects: 3",

@@ -15,6 +15,8 @@ use vantage_eval::result::summary_text::answer;
 use vantage_eval::scene_file::row_name::is_learned;
 use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
+use vantage_eval::score::consistency::{COLUMNS, CONSISTENCY};
+use vantage_eval::score::semantics::{self, SEMANTICS};
 use vantage_eval::score::trajectory_scores::TRAJECTORIES;
 use vantage_eval::score::unseen_table::TABLES;
 use vantage_tests::root;
@@ -66,6 +68,11 @@ fn results_have_all_scores_that_a_run_has_today() {
             let found = results.table(table.name);
             let metrics = found.map(|stored| stored.metrics());
             assert_eq!(metrics, Some(table.metrics()), "{name}, {}: make its results again", table.name);
+        }
+        let drives = results.table(TRAJECTORIES).is_some();
+        for (table, columns) in [(CONSISTENCY, &COLUMNS[..]), (SEMANTICS, &semantics::COLUMNS[..])] {
+            let metrics = results.table(table).map(|stored| stored.metrics());
+            assert_eq!(metrics, drives.then_some(columns), "{name}, {table}: make its results again");
         }
     }
 }

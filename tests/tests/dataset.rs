@@ -115,10 +115,7 @@ fn look_alikes_of_a_mesh_keep_its_licence() {
         ),
         ("steps: 12", "steps: 4"),
     ]);
-    let corner = |i: u32| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2);
-    let corners: String = (0..8).map(corner).collect();
-    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-    fs::write(scene.path("box.obj"), corners + faces).unwrap();
+    scene.write_box();
     fs::write(scene.path("LICENSE"), "source: https://example.org/box\nLicence: CC BY 4.0, by nobody\n")
         .unwrap();
     Finished::of(&mut scene.dataset("d", &["--seeds", "1", "--format", "webdataset,bop"])).expect(0, &[]);

@@ -1,16 +1,14 @@
 //! `bench figures`: the pictures of a model, the same bytes every time.
 
 use std::path::Path;
-use vantage_tests::{Finished, SmallScene, bench};
+use vantage_tests::{Finished, SmallScene};
 
 const PICTURES: [&str; 5] =
     ["latents.svg", "calibration.svg", "latents.png", "predictions.png", "viewpoints.png"];
 
 fn figures(scene: &SmallScene, out: &Path, threads: &str) -> Finished {
-    let mut command = bench();
-    command.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]).arg(out);
-    command.arg("--cache").arg(scene.path("cache")).env("RAYON_NUM_THREADS", threads);
-    Finished::of(&mut command)
+    let mut command = scene.on(&["figures"], "scene.yaml");
+    Finished::of(command.arg("--out").arg(out).env("RAYON_NUM_THREADS", threads))
 }
 
 #[test]
@@ -49,8 +47,7 @@ fn a_model_becomes_pictures_and_the_same_ones_on_any_number_of_threads() {
 fn a_folder_that_cannot_be_written_and_a_missing_model_are_told_of() {
     let scene = SmallScene::new(&[]);
     figures(&scene, &scene.path("scene.yaml/out"), "1").expect(6, &["scene.yaml"]);
-    let mut command = bench();
-    command.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--model", "none"]);
-    command.arg("--out").arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
-    Finished::of(&mut command).expect(2, &["no folder none"]);
+    let mut command = scene.on(&["figures"], "scene.yaml");
+    Finished::of(command.args(["--model", "none", "--out"]).arg(scene.path("out")))
+        .expect(2, &["--model none"]);
 }

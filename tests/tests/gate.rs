@@ -1,17 +1,14 @@
 //! `bench check`: passes on what was just written, and exits with 10 where accuracy got worse.
 
 use std::fs;
-use vantage_tests::{Finished, SmallScene, bench};
+use vantage_tests::{Finished, SmallScene};
 
 fn check(scene: &SmallScene) -> Finished {
     check_seeds(scene, &[])
 }
 
 fn check_seeds(scene: &SmallScene, seeds: &[&str]) -> Finished {
-    let mut command = bench();
-    command.arg("check").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--baseline"]);
-    command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache")).args(seeds);
-    Finished::of(&mut command)
+    Finished::of(scene.on(&["check"], "scene.yaml").arg("--baseline").arg(scene.path("out")).args(seeds))
 }
 
 #[test]

@@ -68,14 +68,8 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert!(scene.path("model/model.yaml").exists());
 
     let study = |views: &str, more: &str| {
-        let text = format!(
-            "version: 1\nname: imported\npurpose: To score them.\nscene: scene.yaml\nseeds: 1\nviews: {views}\n{more}variants:\n  \
-             - {{ name: own, note: trained on the others, folder: model }}\n"
-        );
-        fs::write(scene.path("study.yaml"), text).unwrap();
-        let mut command = bench();
-        command.arg("study").arg(scene.path("study.yaml")).arg("--out").arg(scene.path("out"));
-        Finished::of(command.arg("--cache").arg(scene.path("cache")))
+        let own = "  - { name: own, note: trained on the others, folder: model }";
+        scene.study("imported", &format!("seeds: 1\nviews: {views}\n{more}variants:\n{own}\n"))
     };
     import("test", &names[3..].join(","), "both").expect(0, &[]);
     import("test", &names[4], "test").expect(0, &[]);
@@ -89,15 +83,9 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
             .unwrap()
             .contains("the views in test")
     );
-    let mut figures = bench();
-    figures
-        .arg("figures")
-        .arg(scene.path("scene.yaml"))
-        .arg("--model")
-        .arg(scene.path("model"))
-        .arg("--views");
-    figures.arg(scene.path("test")).arg("--out").arg(scene.path("figures"));
-    Finished::of(figures.arg("--cache").arg(scene.path("cache"))).expect(0, &["two sessions"]);
+    let mut figures = scene.on(&["figures"], "scene.yaml");
+    figures.arg("--model").arg(scene.path("model")).arg("--views").arg(scene.path("test"));
+    Finished::of(figures.arg("--out").arg(scene.path("figures"))).expect(0, &["two sessions"]);
     assert!(scene.path("figures/latents.png").exists());
 }
 
@@ -151,7 +139,7 @@ fn an_apartment_in_the_layout_of_active_vision_reads_back_as_it_was() {
 
     let (ours, read) =
         (read_episode(&scene.path("d/0")).unwrap(), read_episode(&scene.path("scan")).unwrap());
-    assert_eq!(ours.observations.seed, Seed(0));
+    assert_eq!(ours.seed, Seed(0));
     assert_eq!(ours.observations.steps(), read.observations.steps());
     let camera = |episode: &vantage_dataset::Episode, step: usize| {
         episode.truth.world_from_robot[step] * episode.observations.robot_from_camera

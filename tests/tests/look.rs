@@ -1,16 +1,12 @@
 //! `bench look`: one picture of a scene.
 
-use vantage_tests::{Finished, SmallScene, bench};
+use vantage_tests::{Finished, SmallScene};
 
 #[test]
 fn a_scene_becomes_one_picture() {
     let scene = SmallScene::new(&[]);
     let picture = scene.path("pictures/look.png");
-    let look = |out: &std::path::Path| {
-        let mut command = bench();
-        command.arg("look").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
-        Finished::of(command.arg(out))
-    };
+    let look = |out: &std::path::Path| Finished::of(scene.on(&["look"], "scene.yaml").arg("--out").arg(out));
     look(&picture).expect(0, &[]);
     let sheet = image::open(&picture).unwrap().to_rgb8();
     assert_eq!(sheet.dimensions(), (1280, 2056));
@@ -34,8 +30,8 @@ fn objects_that_find_no_room_are_told_with_their_line() {
     let scene = SmallScene::new(&[("objects: 3", "objects: 60")]);
     let text = std::fs::read_to_string(scene.path("scene.yaml")).unwrap();
     let line = 1 + text.lines().position(|line| line.contains("objects: 60")).unwrap();
-    let mut commands = [bench(), scene.dataset("d", &["--seeds", "1"])];
-    commands[0].arg("look").arg(scene.path("scene.yaml")).arg("--out").arg(scene.path("look.png"));
+    let mut commands = [scene.on(&["look"], "scene.yaml"), scene.dataset("d", &["--seeds", "1"])];
+    commands[0].arg("--out").arg(scene.path("look.png"));
     for command in &mut commands {
         Finished::of(command).expect(2, &[&format!("scene.yaml:{line}:"), "of 60 objects fit"]);
     }

@@ -119,10 +119,8 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     let scene = with_objective("contrastive");
     scene.run().expect(2, &["training.model", "viewpoint_dependent"]);
     assert!(!scene.path("cache/entries/model").exists(), "it is refused before it is trained");
-    let mut figures = bench();
-    figures.arg("figures").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]);
-    figures.arg(scene.path("pictures")).arg("--cache").arg(scene.path("cache"));
-    Finished::of(&mut figures).expect(
+    let mut figures = scene.on(&["figures"], "scene.yaml");
+    Finished::of(figures.arg("--out").arg(scene.path("pictures"))).expect(
         0,
         &[
             "one is trained first",
@@ -139,15 +137,8 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
     Finished::of(command.arg("--model").arg(&trained)).expect(2, &["kind embedding", "bench figures"]);
 
     let scored_study = |scored: &str, folder: &Path, more: &str| {
-        let text = format!(
-            "version: 1\nname: others\npurpose: To score it.\nscene: scene.yaml\nscored: {scored}\nseeds: 2\nvariants:\n  \
-             - {{ name: mine, note: trained elsewhere, folder: {folder:?}{more} }}\n"
-        );
-        fs::write(scene.path("study.yaml"), text).expect("a study file");
-        let mut command = bench();
-        command.arg("study").arg(scene.path("study.yaml")).args(["--renderer", "reference", "--out"]);
-        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
-        Finished::of(&mut command)
+        let mine = format!("{{ name: mine, note: trained elsewhere, folder: {folder:?}{more} }}");
+        scene.study("others", &format!("scored: {scored}\nseeds: 2\nvariants:\n  - {mine}\n"))
     };
     let study = |folder: &Path, more: &str| scored_study("test", folder, more);
     for scored in ["validation", "known"] {
@@ -168,16 +159,7 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
 #[test]
 fn a_training_that_diverges_is_a_failed_run_of_its_study() {
     let scene = with_objective("viewpoint_dependent");
-    let study = |variants: &str| {
-        let text = format!(
-            "version: 1\nname: failing\npurpose: To diverge.\nscene: scene.yaml\nseeds: 1\nvariants:\n{variants}"
-        );
-        fs::write(scene.path("study.yaml"), text).expect("a study file");
-        let mut command = bench();
-        command.arg("study").arg(scene.path("study.yaml")).args(["--renderer", "reference", "--out"]);
-        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
-        Finished::of(&mut command)
-    };
+    let study = |variants: &str| scene.study("failing", &format!("seeds: 1\nvariants:\n{variants}"));
     let bad = "  - { name: bad, note: diverges, model: { learning_rate: 1, trunk_steps: 60, steps: 60 } }\n";
     let finished = study(&format!("{bad}  - {{ name: good, note: does not }}\n"));
     finished.expect(0, &["bad with seed 1 failed", "lower the learning rate"]);
@@ -190,15 +172,8 @@ fn a_training_that_diverges_is_a_failed_run_of_its_study() {
 fn a_study_of_known_instances_scores_views_that_it_holds_out() {
     let scene = with_objective("viewpoint_dependent");
     let study = |variant: &str| {
-        let text = format!(
-            "version: 1\nname: known\npurpose: To show it.\nscene: scene.yaml\nscored: known\nseeds: 1\nvariants:\n  \
-             - {{ name: all, note: all instances }}\n{variant}"
-        );
-        fs::write(scene.path("study.yaml"), text).expect("a study file");
-        let mut command = bench();
-        command.arg("study").arg(scene.path("study.yaml")).args(["--renderer", "reference", "--out"]);
-        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
-        Finished::of(&mut command)
+        let all = "scored: known\nseeds: 1\nvariants:\n  - { name: all, note: all instances }\n";
+        scene.study("known", &(all.to_owned() + variant))
     };
     study("  - { name: three, note: fewer, instances: 3 }\n").expect(2, &["variant three", "first 4"]);
     study("").expect(0, &[]);

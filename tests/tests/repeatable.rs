@@ -8,26 +8,12 @@ use vantage_tests::{Finished, SmallScene};
 
 /// Every file below a folder but the manifest, which holds times, by name.
 fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut found = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in fs::read_dir(&next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else if !path.ends_with("manifest.json") {
-                let name = path.strip_prefix(folder).expect("a file below").to_owned();
-                found.push((name, fs::read(&path).expect("a file")));
-            }
-        }
-    }
-    found.sort();
-    found
+    vantage_tests::files(folder).into_iter().filter(|(name, _)| !name.ends_with("manifest.json")).collect()
 }
 
 fn results(scene: &SmallScene) -> Vec<(PathBuf, Vec<u8>)> {
     let found = files(&scene.path("out/scenes/small"));
-    let pictures = ["gains.svg", "trajectory.svg", "crops.png"];
+    let pictures = ["gains.svg", "trajectory.svg", "nees.svg", "crops.png"];
     for expected in [&pictures[..], &["results.json", "1/truth.tum", "1/viewpoint_dependent.tum"]].concat() {
         assert!(found.iter().any(|(name, _)| name == Path::new(expected)), "{expected} is missing");
     }
@@ -97,9 +83,8 @@ fn a_killed_run_is_taken_up() {
 #[test]
 fn two_runs_at_once_share_a_cache() {
     let scene = SmallScene::new(&[]);
-    let mut second = vantage_tests::bench();
-    second.arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--out"]).arg(scene.path("other"));
-    second.arg("--cache").arg(scene.path("cache")).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut second = scene.on(&[], "scene.yaml");
+    second.arg("--out").arg(scene.path("other")).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = second.spawn().expect("a run");
     scene.run().expect(0, &[]);
     assert_eq!(child.wait().expect("an end").code(), Some(0));

@@ -80,9 +80,8 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
     assert!(manifest["trajectories"]["mine"].as_str().is_some_and(|hash| hash.len() == 64));
 
     let check = || {
-        let mut command = vantage_tests::bench();
-        command.arg("check").arg(scene.path("scene.yaml")).args(["--renderer", "reference", "--baseline"]);
-        command.arg(scene.path("out")).arg("--cache").arg(scene.path("cache"));
+        let mut command = scene.on(&["check"], "scene.yaml");
+        command.arg("--baseline").arg(scene.path("out"));
         command
     };
     Finished::of(check().arg("--trajectories").arg(&mine).arg("--trajectories").arg(&lost)).expect(0, &[]);

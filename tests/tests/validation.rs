@@ -3,9 +3,7 @@
 use vantage_tests::{Finished, SmallScene, bench, root};
 
 fn on(scene: &SmallScene, command: &str, more: &[&str]) -> Finished {
-    let mut bench = bench();
-    bench.arg(command).arg(scene.path("scene.yaml")).args(more);
-    Finished::of(bench.args(["--renderer", "reference", "--cache"]).arg(scene.path("cache")))
+    Finished::of(scene.on(&[command], "scene.yaml").args(more))
 }
 
 /// The cells of each row of the table, but for its head.

@@ -184,7 +184,7 @@ pub(super) fn truth(t: &Truth) -> Result<(), Fault> {
 
 /// Observations and truth, each and together.
 pub(super) fn episode(e: &Episode) -> Result<(), Fault> {
-    let Episode { observations: o, truth: t } = e;
+    let Episode { observations: o, truth: t, .. } = e;
     observations(o)?;
     truth(t)?;
     one_each(&tables::ROBOT, t.world_from_robot.len(), o.steps(), "step")?;

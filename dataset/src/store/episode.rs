@@ -14,7 +14,7 @@ use super::tables::{
 use super::tum::{read_robot, write_tum};
 use crate::{
     BoundingBox, Camera, Crop, Detection, DetectionTruth, Episode, Extents, InstanceId, LandmarkSighting,
-    ObjectTruth, Observations, Odometry, Pose, Truth,
+    ObjectTruth, Observations, Odometry, Pose, Seed, Truth,
 };
 use nalgebra::{Matrix6, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -38,7 +38,7 @@ pub fn write_episode(
     provenance: Provenance,
 ) -> Result<Manifest, StoreError> {
     check::episode(episode).map_err(StoreError::unfit(folder))?;
-    let Episode { observations: o, truth: t } = episode;
+    let Episode { seed, observations: o, truth: t } = episode;
     make_folder(&folder.join("truth"))?;
     withdraw(folder)?;
     let mut files = BTreeMap::new();
@@ -117,15 +117,15 @@ pub fn write_episode(
     sync_folder(&folder.join("truth"))?;
 
     let counts = [("steps", o.steps()), ("detections", o.detections.len()), ("objects", t.objects.len())];
-    Manifest::new(Content::Episode { seed: o.seed }, counts, files, provenance).commit(folder)
+    Manifest::new(Content::Episode { seed: *seed }, counts, files, provenance).commit(folder)
 }
 
 /// Reads an episode, bit for bit as it was written.
 pub fn read_episode(folder: &Path) -> Result<Episode, StoreError> {
     let manifest = read_manifest(folder)?;
-    let observations = observations(folder, &manifest)?;
+    let (seed, observations) = observations(folder, &manifest)?;
     let (timestamps, truth) = truth(folder, &manifest)?;
-    let episode = Episode { observations, truth };
+    let episode = Episode { seed, observations, truth };
     check::episode(&episode).map_err(StoreError::invalid(folder))?;
     if timestamps != episode.observations.timestamps {
         let fault =
@@ -137,7 +137,7 @@ pub fn read_episode(folder: &Path) -> Result<Episode, StoreError> {
 
 /// Reads what the robot has; no file under `truth/` is touched, nor needs to be there.
 pub fn read_observations(folder: &Path) -> Result<Observations, StoreError> {
-    let observations = observations(folder, &read_manifest(folder)?)?;
+    let (_, observations) = observations(folder, &read_manifest(folder)?)?;
     check::observations(&observations).map_err(StoreError::invalid(folder))?;
     Ok(observations)
 }
@@ -149,7 +149,7 @@ pub fn read_truth(folder: &Path) -> Result<Truth, StoreError> {
     Ok(truth)
 }
 
-fn observations(folder: &Path, manifest: &Manifest) -> Result<Observations, StoreError> {
+fn observations(folder: &Path, manifest: &Manifest) -> Result<(Seed, Observations), StoreError> {
     let Content::Episode { seed } = manifest.content else {
         return Err(manifest.not_the_kind(folder, "an episode"));
     };
@@ -205,15 +205,15 @@ fn observations(folder: &Path, manifest: &Manifest) -> Result<Observations, Stor
         let [x, y, sigma] = row.take_floats()?;
         Ok(LandmarkSighting { step, landmark, pixel: Vector2::new(x, y), sigma })
     })?;
-    Ok(Observations {
-        seed,
+    let observations = Observations {
         timestamps,
         camera: intrinsics,
         robot_from_camera: from_fields(robot_from_camera),
         odometry,
         detections,
         landmarks: landmarks.unwrap_or_default(),
-    })
+    };
+    Ok((seed, observations))
 }
 
 /// The clock of the true trajectory, and the truth.

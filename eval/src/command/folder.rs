@@ -9,19 +9,13 @@ use thiserror::Error;
 pub enum FolderError {
     /// One that is to be read is not there.
     #[error("there is no folder {}", folder.display())]
-    Missing {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Missing { folder: PathBuf },
     /// One that a dataset was to be written to holds something else.
     #[error(
         "{} already holds something else: nothing was changed; choose a new or empty folder with --out",
         folder.display()
     )]
-    NotOurs {
-        /// The folder.
-        folder: PathBuf,
-    },
+    NotOurs { folder: PathBuf },
 }
 
 impl Ends for FolderError {}

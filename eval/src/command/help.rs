@@ -5,7 +5,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   bench list                                 scenes, models and studies that come with it
   bench tabletop                             runs a scene, with all of its seeds
-  bench tabletop --seeds 2                   the same in seconds, with too few seeds to show a gain
+  bench tabletop --seeds 2                   the same sooner, with too few seeds to show a gain
   bench my_scene.yaml --model out/my_model   a scene and a model of your own
   bench tabletop --trajectories out/mine     another estimator's trajectories beside ours
   bench look tabletop                        draws a scene

@@ -40,12 +40,14 @@ fn item(stdout: &mut impl Write, name: &str, size: &str, purpose: &str) -> std::
     writeln!(stdout, "  {name:24} {size}\n{}", wrapped(first_sentence(purpose)))
 }
 
-/// Up to the first full stop, colon or semicolon that a space follows.
+/// Up to the first full stop that a space follows; "Fig. 2" and "Eq. 15" do not end a sentence.
 fn first_sentence(text: &str) -> &str {
     let text = text.trim();
-    let end = text
-        .char_indices()
-        .find(|&(at, mark)| mark == '.' && text[at + 1..].starts_with(char::is_whitespace));
+    let ends = |rest: &str| {
+        rest.starts_with(char::is_whitespace)
+            && !rest.trim_start().starts_with(|next: char| next.is_ascii_digit())
+    };
+    let end = text.char_indices().find(|&(at, mark)| mark == '.' && ends(&text[at + 1..]));
     end.map_or(text, |(at, _)| &text[..=at])
 }
 
@@ -70,6 +72,15 @@ const INDENT: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reference_to_a_figure_ends_no_sentence() {
+        assert_eq!(
+            first_sentence(" The setting of Fig. 2a, once. And more. "),
+            "The setting of Fig. 2a, once."
+        );
+        assert_eq!(first_sentence("By Eq. 15"), "By Eq. 15");
+    }
 
     #[test]
     fn all_is_listed_in_lines_that_fit() {

@@ -4,7 +4,7 @@ mod check;
 pub mod cli;
 mod dataset;
 pub mod end;
-pub mod error;
+mod error;
 mod figures;
 mod folder;
 pub mod help;

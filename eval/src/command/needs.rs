@@ -1,6 +1,6 @@
 //! What a command reads, what it leaves when it is interrupted, and what renders for it.
 
-use super::cli::{Cli, Command, RendererChoice};
+use super::cli::{Cli, Command, MakingArgs, RendererChoice};
 use crate::scene_file::FileKind;
 use std::path::{Path, PathBuf};
 
@@ -17,68 +17,66 @@ pub struct Source<'a> {
 impl Cli {
     /// The scene or the study that the command reads, if any.
     pub fn source(&mut self) -> Option<Source<'_>> {
-        let Some(command) = &mut self.command else {
-            let path = self.run.scene.as_mut()?;
-            return Some(Source { path, kind: FileKind::Scene, cache: &self.run.stages.cache });
+        let kind =
+            if matches!(self.command, Some(Command::Study(_))) { FileKind::Study } else { FileKind::Scene };
+        let (path, making) = match &mut self.command {
+            None => (self.run.scene.as_mut()?, &self.run.stages.making),
+            Some(Command::Calibrate(args)) => (&mut args.validation.scene, &args.validation.making),
+            Some(Command::Headroom(args)) => (&mut args.scene, &args.making),
+            Some(Command::Check(args)) => (&mut args.scene, &args.stages.making),
+            Some(Command::Dataset(args)) => (&mut args.scene, &args.making),
+            Some(Command::Figures(args)) => (&mut args.scene, &args.making),
+            Some(Command::Look(args)) => (&mut args.scene, &args.making),
+            Some(Command::Train(args)) => (&mut args.scene, &args.making),
+            Some(Command::Study(args)) => (&mut args.study, &args.making),
+            Some(_) => return None,
         };
-        let (path, cache) = match command {
-            Command::Calibrate(args) => (&mut args.validation.scene, &args.validation.cache),
-            Command::Headroom(args) => (&mut args.scene, &args.cache),
-            Command::Check(args) => (&mut args.scene, &args.stages.cache),
-            Command::Dataset(args) => (&mut args.scene, &args.cache),
-            Command::Figures(args) => (&mut args.scene, &args.cache),
-            Command::Look(args) => (&mut args.scene, &args.cache),
-            Command::Train(args) => (&mut args.scene, &args.cache),
-            Command::Study(args) => {
-                return Some(Source { path: &mut args.study, kind: FileKind::Study, cache: &args.cache });
-            }
-            _ => return None,
-        };
-        Some(Source { path, kind: FileKind::Scene, cache })
+        Some(Source { path, kind, cache: &making.cache })
     }
 
     /// The models that the command is given, by their folders or names, and the folder of its cache.
     pub fn models(&mut self) -> Option<(Vec<&mut PathBuf>, &Path)> {
         Some(match &mut self.command {
-            None => (self.run.stages.model.iter_mut().collect(), &self.run.stages.cache),
-            Some(Command::Calibrate(args)) => (args.model.iter_mut().collect(), &args.validation.cache),
-            Some(Command::Check(args)) => (args.stages.model.iter_mut().collect(), &args.stages.cache),
-            Some(Command::Figures(args)) => (args.model.iter_mut().collect(), &args.cache),
+            None => (self.run.stages.model.iter_mut().collect(), &self.run.stages.making.cache),
+            Some(Command::Calibrate(args)) => {
+                (args.model.iter_mut().collect(), &args.validation.making.cache)
+            }
+            Some(Command::Check(args)) => (args.stages.model.iter_mut().collect(), &args.stages.making.cache),
+            Some(Command::Figures(args)) => (args.model.iter_mut().collect(), &args.making.cache),
             Some(Command::Models(args)) => (args.folders.iter_mut().collect(), &args.cache),
             Some(_) => return None,
         })
     }
 
+    /// How what the command renders is made; `None` where nothing is rendered.
+    fn making(&self) -> Option<&MakingArgs> {
+        match &self.command {
+            None => Some(&self.run.stages.making),
+            Some(Command::Calibrate(args)) => Some(&args.validation.making),
+            Some(Command::Headroom(args)) => Some(&args.making),
+            Some(Command::Check(args)) => Some(&args.stages.making),
+            Some(Command::Dataset(args)) => Some(&args.making),
+            Some(Command::Figures(args)) => Some(&args.making),
+            Some(Command::Look(args)) => Some(&args.making),
+            Some(Command::Study(args)) => Some(&args.making),
+            Some(Command::Train(args)) => Some(&args.making),
+            Some(_) => None,
+        }
+    }
+
     /// What a command that is interrupted leaves for the next one, and the folder that holds it.
     pub fn kept(&self) -> Option<(&'static str, &Path)> {
-        let stages = |cache| Some(("finished stages", cache));
         match &self.command {
-            None => stages(&*self.run.stages.cache),
-            Some(Command::Calibrate(args)) => stages(&*args.validation.cache),
-            Some(Command::Headroom(args)) => stages(&*args.cache),
-            Some(Command::Check(args)) => stages(&*args.stages.cache),
-            Some(Command::Figures(args)) => stages(&*args.cache),
-            Some(Command::Dataset(args)) => Some(("finished episodes", &*args.out)),
-            Some(Command::Study(args)) => stages(&*args.cache),
-            Some(Command::Train(args)) => Some(("checkpoints", &*args.out)),
-            Some(_) => None,
+            Some(Command::Dataset(args)) => Some(("finished episodes", &args.out)),
+            Some(Command::Train(args)) => Some(("checkpoints", &args.out)),
+            Some(Command::Look(_)) => None,
+            _ => Some(("finished stages", &self.making()?.cache)),
         }
     }
 
     /// Who renders for the command; `None` where nothing is rendered.
     pub fn renderer(&self) -> Option<RendererChoice> {
-        match &self.command {
-            None => Some(self.run.stages.renderer),
-            Some(Command::Calibrate(args)) => Some(args.validation.renderer),
-            Some(Command::Headroom(args)) => Some(args.renderer),
-            Some(Command::Check(args)) => Some(args.stages.renderer),
-            Some(Command::Dataset(args)) => Some(args.renderer),
-            Some(Command::Figures(args)) => Some(args.renderer),
-            Some(Command::Look(args)) => Some(args.renderer),
-            Some(Command::Study(args)) => Some(args.renderer),
-            Some(Command::Train(args)) => Some(args.renderer),
-            Some(_) => None,
-        }
+        Some(self.making()?.renderer)
     }
 }
 

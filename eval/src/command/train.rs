@@ -12,7 +12,7 @@ use vantage_learn::TrainingDevice;
 pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let device = if args.gpu { gpu()? } else { TrainingDevice::default() };
     let out = OutputFolder::probe(&args.out)?;
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
+    let pipeline = Pipeline::open(&args.scene, &args.making.cache, args.making.renderer.into())?;
     let _lock = out.lock(&pipeline.progress)?;
     match (&args.views, &args.validation_views) {
         (Some(training), Some(validation)) => train_on(&pipeline, training, validation, &device, out.path())?,

@@ -7,6 +7,7 @@ pub mod embedding_map;
 mod error;
 pub mod gains;
 pub mod likelihood;
+pub mod nees;
 pub mod palette;
 #[cfg(feature = "rerun")]
 pub mod recording;

@@ -14,12 +14,6 @@ const PATH: Rgb<u8> = Rgb([255, 0, 0]);
 /// Half the width of a path, pixels.
 const PEN: i64 = 1;
 
-/// A picture made of others, white where there are none.
-#[derive(Clone, Debug)]
-pub struct SceneSheet {
-    canvas: Canvas,
-}
-
 /// An sRGB image, row-major, 3 bytes a pixel, that can be drawn into.
 #[derive(Clone, Debug)]
 pub struct Panel {
@@ -82,32 +76,15 @@ impl Panel {
             *pixel = color;
         }
     }
-}
 
-impl SceneSheet {
-    /// An empty sheet.
-    pub fn new(width: u32, height: u32) -> Self {
-        Self { canvas: Canvas::new(width, height) }
-    }
-
-    /// Puts a panel with its corner at (`left`, `top`), at `side` pixels along its longer side.
-    pub fn place(&mut self, panel: &Panel, left: u32, top: u32, side: u32) {
-        let longer = panel.image.width().max(panel.image.height());
+    /// Puts it on a sheet with its corner at (`left`, `top`), at `side` pixels along its longer side.
+    pub fn place_on(&self, sheet: &mut Canvas, left: u32, top: u32, side: u32) {
+        let longer = self.image.width().max(self.image.height());
         let scaled = |length: u32| (length * side / longer).max(1);
-        let (width, height) = (scaled(panel.image.width()), scaled(panel.image.height()));
+        let (width, height) = (scaled(self.image.width()), scaled(self.image.height()));
         let filter =
             if side < longer { imageops::FilterType::Triangle } else { imageops::FilterType::Nearest };
-        self.canvas.image(&imageops::resize(&panel.image, width, height, filter), left, top);
-    }
-
-    /// Writes text, 16 pixels high, with its corner at (`left`, `top`).
-    pub fn caption(&mut self, text: &str, left: u32, top: u32) {
-        self.canvas.text(text, (left as i32, top as i32));
-    }
-
-    /// The sheet as a PNG.
-    pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        self.canvas.png()
+        sheet.image(&imageops::resize(&self.image, width, height, filter), left, top);
     }
 }
 
@@ -141,26 +118,13 @@ mod tests {
 
     #[test]
     fn panels_stand_where_they_are_put() {
-        let mut sheet = SceneSheet::new(20, 10);
-        sheet.place(&black(4, 2), 10, 0, 8);
+        let mut sheet = Canvas::new(20, 10);
+        black(4, 2).place_on(&mut sheet, 10, 0, 8);
         let sheet = image::load_from_memory(&sheet.png().unwrap()).unwrap().to_rgb8();
         assert_eq!(sheet.get_pixel(9, 0), &WHITE);
         assert_eq!(sheet.get_pixel(10, 0), &Rgb([0, 0, 0]));
         assert_eq!(sheet.get_pixel(17, 3), &Rgb([0, 0, 0]));
         assert_eq!(sheet.get_pixel(17, 4), &WHITE);
         assert!(Panel::new(2, 2, vec![0; 3]).is_err());
-    }
-
-    #[test]
-    fn captions_are_written_where_they_are_put() {
-        let mut sheet = SceneSheet::new(40, 60);
-        sheet.caption("H", 20, 30);
-        let sheet = image::load_from_memory(&sheet.png().unwrap()).unwrap().to_rgb8();
-        let inked = |(x, y, pixel): (u32, u32, &Rgb<u8>)| (pixel != &WHITE).then_some((x, y));
-        let inked: Vec<_> = sheet.enumerate_pixels().filter_map(inked).collect();
-        assert!(
-            !inked.is_empty() && inked.iter().all(|&(x, y)| x >= 20 && (30..46).contains(&y)),
-            "{inked:?}"
-        );
     }
 }

@@ -150,6 +150,21 @@ mod tests {
     }
 
     #[test]
+    fn a_count_may_move_by_one_cluster_a_seed() {
+        let counted = |clusters: u64| {
+            let off = [(Metric::ClusterCount, clusters as f64 / 48.0), (Metric::Noise, 0.02)];
+            let runs = (0..4).map(|seed| run("mine", seed, &off));
+            let seeds: Vec<Seed> = (0..4).map(Seed).collect();
+            let metrics = [Metric::ClusterCount, Metric::Noise];
+            let table = Table::new("density", &["mine"], None, &metrics, &seeds, runs.collect()).unwrap();
+            Results::new("tabletop", "abc", vec![table])
+        };
+        let passes = |before, after| compare(&counted(before), &counted(after)).unwrap().passed();
+        assert!(passes(3, 4) && passes(4, 3));
+        assert!(!passes(3, 5) && !passes(5, 3));
+    }
+
+    #[test]
     fn one_seed_gone_astray_is_not_lost_in_the_interval() {
         let astray = verdict(&shifted([0.0, 0.0, 1.0, 0.0]));
         assert_eq!(moved(&astray), [("viewpoint_dependent", Movement::Unclear)]);

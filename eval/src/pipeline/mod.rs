@@ -3,6 +3,7 @@
 //! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
 //! simulates, trains and estimates nothing.
 
+mod beliefs;
 mod code;
 mod episodes;
 mod error;
@@ -24,7 +25,7 @@ pub use error::StageError;
 pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
 pub use model::{
     LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, chosen_models, model, model_hash,
-    models,
+    models, reference_model,
 };
 pub use model_error::ModelRefusal;
 #[cfg(feature = "train")]
@@ -53,6 +54,8 @@ pub struct Pipeline {
     pub file: SceneFile,
     /// Folder of the scene file: paths in it are relative to this.
     pub folder: PathBuf,
+    /// Folder of the model that it names; `None` where it names none.
+    pub reference: Option<PathBuf>,
     /// Its simulated part.
     pub scene: CheckedScene,
     /// Hash of the whole scene.
@@ -75,10 +78,12 @@ impl Pipeline {
         if let Some(notice) = notice {
             progress.note(&notice);
         }
+        let reference = reference_model(&file, path, cache)?;
         let cache = StageCache::open(cache, &progress)?;
         Ok(Self {
             scene_hash: scene_file::hash(&file)?,
             folder: path.parent().unwrap_or(Path::new(".")).to_owned(),
+            reference,
             file,
             scene,
             renderer_info: renderer.info(),

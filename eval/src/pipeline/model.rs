@@ -3,10 +3,12 @@
 #[cfg(feature = "train")]
 use super::training::trained;
 use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
-use crate::scene_file;
 use crate::scene_file::row_name::{folder_name, kind_name, reserved_names};
+use crate::scene_file::{self, SceneFile};
+use crate::supplied;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use vantage_dataset::store::StoreError;
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::{Kind, MANIFEST, Model, Role, Viewing};
 
@@ -49,20 +51,34 @@ pub fn check_unseen(
     }
 }
 
+/// The folder of the model that a scene names: relative to the scene or, where there is none, the model of that name that comes with
+/// the program. `None` where the scene names none.
+pub fn reference_model(file: &SceneFile, scene: &Path, cache: &Path) -> Result<Option<PathBuf>, StoreError> {
+    let Some(path) = &file.training.reference else { return Ok(None) };
+    let beside = scene.parent().unwrap_or(Path::new("")).join(path);
+    let supplied = path.file_name().and_then(|name| name.to_str()).filter(|_| !beside.is_dir());
+    match supplied {
+        Some(name) => Ok(supplied::model(name, cache)?.or(Some(beside))),
+        None => Ok(Some(beside)),
+    }
+}
+
 /// The folder of the model to load, the named one before the scene's own; `None` to train one.
 pub fn chosen_model(
     pipeline: &Pipeline,
     train: bool,
     named: Option<&Path>,
 ) -> Result<Option<PathBuf>, StageError> {
-    let committed = || pipeline.file.training.reference.as_ref().map(|path| pipeline.folder.join(path));
-    let chosen = if train { None } else { named.map(Path::to_owned).or_else(committed) };
+    let own = || pipeline.reference.clone();
+    let chosen = if train { None } else { named.map(Path::to_owned).or_else(own) };
     match chosen {
         Some(folder) if !folder.is_dir() => Err(match named {
             Some(_) => ModelRefusal::NotThere { folder },
             None => ModelRefusal::NoReference { folder },
         }
         .into()),
+        #[cfg(not(feature = "train"))]
+        None => trained(pipeline).map(Some),
         chosen => Ok(chosen),
     }
 }

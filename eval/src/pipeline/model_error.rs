@@ -21,8 +21,8 @@ pub enum ModelRefusal {
     },
     /// The scene's own model is not there.
     #[error(
-        "there is no folder {}, which the scene's training.reference names (relative to the scene file: put it beside the others, \
-         into scenes/): name a model by --model, or train one with --train",
+        "there is no folder {}, which the scene's training.reference names (relative to the scene file), and no model of its name \
+         comes with the program (`bench list`): name a model by --model, or train one with --train",
         folder.display()
     )]
     NoReference {

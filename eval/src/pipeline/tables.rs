@@ -1,9 +1,10 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError};
+use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError, StoredObject, beliefs};
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
 use crate::scene_file::row::Row;
+use crate::score::consistency::{self, CONSISTENCY, ObjectGaussian};
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
 use crate::score::pairs::Pairs;
@@ -16,7 +17,7 @@ use vantage_learn::Kind;
 
 /// The tables, and what they are of.
 pub struct Tables {
-    /// `trajectory` where there are episodes, and those of unseen instances.
+    /// `trajectory`, `consistency` and, where a row has latents, `semantics` where there are episodes; and those of unseen instances.
     pub tables: Vec<Table>,
     /// Detections of objects in all episodes.
     pub detections: usize,
@@ -32,7 +33,8 @@ pub fn tables(
     models: &[LoadedModel],
     unseen: &[Vec<Unseen>],
 ) -> Result<Tables, StageError> {
-    let mut runs = Vec::new();
+    let (mut runs, mut consistent) = (Vec::new(), Vec::new());
+    let mut left = Vec::new();
     let mut detections = 0;
     for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
         let truth = match episode {
@@ -52,18 +54,26 @@ pub fn tables(
             }
         };
         for (method, answer) in methods.iter().zip(answers) {
-            let heading = method.model.model.manifest().kind == Kind::ViewpointDependent;
-            let (outcome, scores) = (answer.outcome.clone(), scores(answer, truth.as_ref(), heading)?);
-            runs.push(Run { method: method.name(), seed: *seed, outcome, scores });
+            let manifest = method.model.model.manifest();
+            let run =
+                |scores| Run { method: method.name(), seed: *seed, outcome: answer.outcome.clone(), scores };
+            let heading = manifest.kind == Kind::ViewpointDependent;
+            let Scored { trajectory, consistency } = scores(answer, truth.as_ref(), heading)?;
+            let objects = truth.as_ref().map_or(&[][..], |truth| &truth.objects);
+            left.push((run(Scores::new()), beliefs::of(answer, objects, manifest.latent)));
+            runs.push(run(trajectory));
+            consistent.push(run(consistency));
         }
     }
     let reference = methods.iter().find(|method| method.row == Row::Geometric).map(Method::name);
-    let names: Vec<String> =
-        methods.iter().map(Method::name).chain(entries.iter().map(|entry| entry.name.clone())).collect();
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let own: Vec<String> = methods.iter().map(Method::name).collect();
+    let own: Vec<&str> = own.iter().map(String::as_str).collect();
+    let names: Vec<&str> = own.iter().copied().chain(entries.iter().map(|entry| &*entry.name)).collect();
     let mut tables = Vec::new();
     if !episodes.is_empty() {
         tables.push(Table::new(TRAJECTORIES, &names, reference.as_deref(), &TRAJECTORY, seeds, runs)?);
+        tables.push(Table::new(CONSISTENCY, &own, None, &consistency::COLUMNS, seeds, consistent)?);
+        tables.extend(beliefs::table(&own, seeds, left)?);
     }
     let unseen: Vec<(&str, &[Unseen])> =
         models.iter().map(|model| model.name.as_str()).zip(unseen.iter().map(Vec::as_slice)).collect();
@@ -95,17 +105,33 @@ fn of_unseen(table: &UnseenTable, seeds: &[Seed], models: &[(&str, &[Unseen])]) 
     Table::new(table.name, &names, table.floor(), table.metrics(), seeds, runs)
 }
 
-/// The scores of an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as
+/// The scores of an answer in each table that has a row for every estimator.
+#[derive(Default)]
+struct Scored {
+    trajectory: Scores,
+    consistency: Scores,
+}
+
+/// Scores an answer; without the orientation of objects where the model knows no `heading` that they share with the truth, as
 /// a viewpoint-predictive one.
-fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Scores, StageError> {
+fn scores(answer: &Answer, truth: Option<&Truth>, heading: bool) -> Result<Scored, StageError> {
     let (Some(truth), false) = (truth, matches!(answer.outcome, Outcome::Failed(_))) else {
-        return Ok(Scores::new());
+        return Ok(Scored::default());
     };
     let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
-    let mut scores = pose_scores(&pairs);
+    let mut trajectory = pose_scores(&pairs);
     let objects = answer.scored_objects(truth.objects.len());
-    scores.extend(object_scores(&pairs, &truth.objects, &objects, heading));
-    Ok(scores)
+    trajectory.extend(object_scores(&pairs, &truth.objects, &objects, heading));
+    let mut consistency = consistency::pose_scores(&pairs, answer.pose_covariances.as_deref());
+    let gaussian = |object: &StoredObject| ObjectGaussian {
+        center_in_world: object.position,
+        center_covariance: object.position_covariance,
+        rotation: object.rotation,
+        rotation_covariance: object.rotation_covariance,
+    };
+    let gaussians: Vec<_> = answer.objects.iter().map(|object| object.as_ref().map(gaussian)).collect();
+    consistency.extend(consistency::object_scores(&pairs, &truth.objects, &gaussians, heading));
+    Ok(Scored { trajectory, consistency })
 }
 
 /// An entry on a seed.

@@ -5,6 +5,20 @@ pub fn chi_squared_cdf(x: f64, degrees: f64) -> f64 {
     incomplete_gamma(degrees / 2.0, x / 2.0)
 }
 
+/// The `x` with `P(X <= x) = probability`, between 0 and 1, of the chi-square law with `degrees > 0` degrees of freedom.
+pub fn chi_squared_quantile(probability: f64, degrees: f64) -> f64 {
+    let mut high = degrees;
+    while chi_squared_cdf(high, degrees) < probability {
+        high *= 2.0;
+    }
+    let mut low = 0.0;
+    for _ in 0..80 {
+        let middle = (low + high) / 2.0;
+        if chi_squared_cdf(middle, degrees) < probability { low = middle } else { high = middle }
+    }
+    (low + high) / 2.0
+}
+
 /// `P(X <= x)` of Fisher's F law with `numerator` and `denominator` degrees of freedom, both positive.
 ///
 /// The squared whitened norm of a d-variate Student t of `v` degrees of freedom, over d, follows it with (d, v).
@@ -119,6 +133,20 @@ mod tests {
     fn the_ends_are_0_and_1() {
         assert_eq!((chi_squared_cdf(0.0, 3.0), chi_squared_cdf(1e6, 3.0)), (0.0, 1.0));
         assert_eq!((fisher_f_cdf(0.0, 3.0, 4.0), fisher_f_cdf(f64::INFINITY, 3.0, 4.0)), (0.0, 1.0));
+    }
+
+    #[test]
+    fn chi_squared_quantiles_are_those_of_the_tables_and_invert() {
+        for (probability, degrees, expected) in [
+            (0.025, 6.0, 1.237_344_246),
+            (0.95, 1.0, 3.841_458_821),
+            (0.95, 3.0, 7.814_727_903),
+            (0.975, 6.0, 14.449_375_335),
+        ] {
+            assert_relative_eq!(chi_squared_quantile(probability, degrees), expected, max_relative = 1e-9);
+        }
+        let many = 6.0 * 1000.0;
+        assert_relative_eq!(chi_squared_cdf(chi_squared_quantile(0.025, many), many), 0.025, epsilon = 1e-9);
     }
 
     #[test]

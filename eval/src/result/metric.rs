@@ -9,7 +9,7 @@ macro_rules! metrics {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum Metric {
-            $($(#[$what])* $metric,)*
+            $(#[doc = concat!($label, ".")] $(#[$what])* $metric,)*
         }
 
         impl Metric {
@@ -45,19 +45,14 @@ metrics! {
     Ari => "ARI", "ari", Ratio, Higher;
     /// Normalized mutual information.
     Nmi => "NMI", "nmi", Ratio, Higher;
-    /// V-measure.
     VMeasure => "V-measure", "v_measure", Ratio, Higher;
-    /// Homogeneity.
     Homogeneity => "Homogeneity", "homogeneity", Ratio, Higher;
-    /// Completeness.
     Completeness => "Completeness", "completeness", Ratio, Higher;
-    /// Purity.
     Purity => "Purity", "purity", Ratio, Higher;
     /// Recall@1: [`crate::score::retrieval::recall_at`].
     RecallAt1 => "Recall@1", "recall_at_1", Ratio, Higher;
     /// Recall@1 where the match has to come from another lighting session.
     RecallAt1AcrossLight => "Recall@1, other light", "recall_at_1_other_light", Ratio, Higher;
-    /// Recall@5.
     RecallAt5 => "Recall@5", "recall_at_5", Ratio, Higher;
     /// Median azimuth error: [`crate::score::viewpoint::summarize`].
     ViewpointMedian => "Viewpoint median", "viewpoint_median_rad", Radian, Lower;
@@ -78,17 +73,12 @@ metrics! {
     ClusterCount => "Clusters off by", "cluster_count_error", Ratio, Lower;
     /// Class accuracy by the nearest of one tagged image a class: [`crate::score::grounding::ground`].
     NearestOf1 => "NN, 1 tag", "class_nearest_of_1", Ratio, Higher;
-    /// By the nearest of two.
     NearestOf2 => "NN, 2 tags", "class_nearest_of_2", Ratio, Higher;
-    /// By the nearest of five.
     NearestOf5 => "NN, 5 tags", "class_nearest_of_5", Ratio, Higher;
-    /// By the nearest of ten.
     NearestOf10 => "NN, 10 tags", "class_nearest_of_10", Ratio, Higher;
     /// Class accuracy by Gaussians about the mean of two tagged images a class.
     GaussianOf2 => "Gaussian, 2 tags", "class_gaussian_of_2", Ratio, Higher;
-    /// Of five.
     GaussianOf5 => "Gaussian, 5 tags", "class_gaussian_of_5", Ratio, Higher;
-    /// Of ten.
     GaussianOf10 => "Gaussian, 10 tags", "class_gaussian_of_10", Ratio, Higher;
     /// PSNR of a view by the latent of that view alone: [`crate::score::psnr::psnr`].
     Psnr => "PSNR, own view", "psnr_db", Decibel, Higher;
@@ -107,13 +97,10 @@ metrics! {
     Divergence => "Divergence, own view", "divergence_nat", Nat, Lower;
     /// Share of residuals inside the region of 50% of the Student t: [`crate::score::calibration::calibration`].
     Inside50 => "In 50%", "residual_inside_50", Ratio, Near(0.5);
-    /// Inside that of 80%.
     Inside80 => "In 80%", "residual_inside_80", Ratio, Near(0.8);
-    /// Inside that of 95%.
     Inside95 => "In 95%", "residual_inside_95", Ratio, Near(0.95);
     /// Share of residuals inside the region of 50% of the Gaussian of the same covariance.
     GaussianInside50 => "Gaussian: in 50%", "residual_gaussian_inside_50", Ratio, Near(0.5);
-    /// Inside that of 95%.
     GaussianInside95 => "Gaussian: in 95%", "residual_gaussian_inside_95", Ratio, Near(0.95);
     /// Share of single whitened numbers inside their interval of 95%.
     NumberInside95 => "Number in 95%", "residual_number_inside_95", Ratio, Near(0.95);
@@ -121,6 +108,38 @@ metrics! {
     WorstNumberInside95 => "Worst number in 95%", "residual_worst_number_inside_95", Ratio, Near(0.95);
     /// Variance of the squared whitened norm over that of the law.
     SquaredNormVariance => "Var of norm^2 / law", "residual_squared_norm_variance", Ratio, Near(1.0);
+    /// NEES over degrees of freedom of the robot's last position: [`crate::score::consistency::pose_consistency`].
+    NeesPositionEnd => "Position NEES, end", "nees_position_end", Ratio, Near(1.0);
+    /// Of its last heading.
+    NeesHeadingEnd => "Heading NEES, end", "nees_heading_end", Ratio, Near(1.0);
+    /// Of its last pose.
+    NeesPoseEnd => "Pose NEES, end", "nees_pose_end", Ratio, Near(1.0);
+    /// Of its position, mean over all steps after the first.
+    NeesPosition => "Position NEES", "nees_position", Ratio, Near(1.0);
+    /// Of its heading, likewise.
+    NeesHeading => "Heading NEES", "nees_heading", Ratio, Near(1.0);
+    /// Of its pose, likewise.
+    NeesPose => "Pose NEES", "nees_pose", Ratio, Near(1.0);
+    /// Of the centres of objects, mean over them: [`crate::score::consistency::object_scores`].
+    NeesObjectCenter => "Object centre NEES", "nees_object_center", Ratio, Near(1.0);
+    /// Of the yaw of asymmetric objects, mean over them.
+    NeesObjectYaw => "Object yaw NEES", "nees_object_yaw", Ratio, Near(1.0);
+    /// Share of steps with the robot's position inside its region of 50%.
+    PositionInside50 => "Position in 50%", "position_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    PositionInside80 => "Position in 80%", "position_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    PositionInside95 => "Position in 95%", "position_inside_95", Ratio, Near(0.95);
+    /// Share of steps with the robot's heading inside its interval of 50%.
+    HeadingInside50 => "Heading in 50%", "heading_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    HeadingInside80 => "Heading in 80%", "heading_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    HeadingInside95 => "Heading in 95%", "heading_inside_95", Ratio, Near(0.95);
+    /// Negative log-likelihood of the robot's last true position.
+    PositionSurprise => "-log p(position), end", "position_surprise_end_nat", Nat, Lower;
+    /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
+    ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
 }
 
 /// What a metric is measured in.

@@ -12,6 +12,7 @@ use vantage_dataset::Seed;
 /// The part of a manifest that tells how full a result is.
 #[derive(Debug, Deserialize)]
 pub struct Standing {
+    scene_hash: String,
     seeds: BTreeSet<u64>,
     model_hash: Option<String>,
     #[serde(default)]
@@ -48,6 +49,11 @@ impl Standing {
     /// That in `folder`; `None` where there is no finished result.
     pub fn read(folder: &Path) -> Option<Self> {
         serde_json::from_str(&fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
+    }
+
+    /// Whether it is of the scene of this hash.
+    pub fn is_of_scene(&self, hash: &str) -> bool {
+        self.scene_hash == hash
     }
 
     /// Whether it is of no other models than those of these hashes.
@@ -91,6 +97,7 @@ mod tests {
         manifest.model_hash = Some("def".into());
         write(&manifest);
         let read = || Standing::read(folder.path()).unwrap();
+        assert!(read().is_of_scene("abc") && !read().is_of_scene("abd"));
         let told = |seeds: &[Seed], same_model| {
             let allowed = read().allows(folder.path(), seeds, same_model);
             allowed.err().map(|error| error.to_string()).unwrap_or_default()

@@ -87,7 +87,6 @@ pub fn read_scan(folder: &Path) -> Result<AvdScan, ImportError> {
     let world_from_robot: Vec<Pose> = world_from_camera.iter().map(|pose| pose * camera_from_robot).collect();
     let scan = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let observations = Observations {
-        seed: Seed(InstanceId::of_name(&scan).0),
         timestamps: (0..images.len()).map(|step| step as f64).collect(),
         camera,
         robot_from_camera: robot_from_camera(),
@@ -102,7 +101,7 @@ pub fn read_scan(folder: &Path) -> Result<AvdScan, ImportError> {
         detections: found.iter().map(|_| DetectionTruth { visible_fraction: 1.0 }).collect(),
     };
     Ok(AvdScan {
-        episode: Episode { observations, truth },
+        episode: Episode { seed: Seed(InstanceId::of_name(&scan).0), observations, truth },
         movements: MovementGraph::new(&images, &annotations),
         images,
         lens,

@@ -23,9 +23,9 @@ const MAX_LINE: usize = 4096;
 pub(crate) fn read(files: &mut Files<'_>, path: &Path) -> Result<Soup, MeshFileError> {
     let text = plain(&files.main()?);
     // Of a line through three points the parser makes a triangle.
-    let is_line = |line: &str| line.split_ascii_whitespace().next() == Some("l");
+    let is_line = |line: &str| line.split_whitespace().next() == Some("l");
     let text: String = text.split_inclusive('\n').filter(|line| !is_line(line)).collect();
-    check(text.as_bytes()).map_err(|fault| files.error(fault))?;
+    check(&text).map_err(|fault| files.error(fault))?;
     let failed = RefCell::new(None);
     let shared = RefCell::new(&mut *files);
     let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &GPU_LOAD_OPTIONS, |name| {
@@ -54,15 +54,17 @@ fn plain(bytes: &[u8]) -> String {
 }
 
 /// Refuses what would take too much memory, and what the parser takes for something else.
-fn check(text: &[u8]) -> Result<(), MeshFault> {
+///
+/// Words end at any white space of Unicode, as they do for the parser.
+fn check(text: &str) -> Result<(), MeshFault> {
     let (mut vertices, mut triangles) = (0, 0);
-    for line in text.split(|&byte| byte == b'\n') {
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    for line in text.split('\n') {
+        let mut words = line.split_whitespace();
         match words.next() {
-            Some(b"v" | b"vt" | b"vn") => vertices += 1,
-            Some(b"f") => {
+            Some("v" | "vt" | "vn") => vertices += 1,
+            Some("f") => {
                 let corners = words.try_fold(0usize, |count, word| {
-                    let sane = word.split(|&byte| byte == b'/').all(|index| index.len() <= MAX_INDEX_DIGITS);
+                    let sane = word.split('/').all(|index| index.len() <= MAX_INDEX_DIGITS);
                     sane.then_some(count + 1)
                 });
                 let corners = corners.ok_or(MeshFault::Syntax {
@@ -71,7 +73,7 @@ fn check(text: &[u8]) -> Result<(), MeshFault> {
                 })?;
                 triangles += corners.saturating_sub(2);
             }
-            Some(word) if !word.starts_with(b"#") && line.len() > MAX_LINE => {
+            Some(word) if !word.starts_with('#') && line.len() > MAX_LINE => {
                 return Err(MeshFault::TooMany {
                     what: "characters in a line",
                     got: line.len(),
@@ -99,12 +101,11 @@ fn materials(
 ) -> Result<(Vec<tobj::Material>, std::collections::HashMap<String, usize>), MeshFileError> {
     let text = plain(&files.read(name)?);
     let syntax = |reason: String| MeshFault::Syntax { name: name.to_owned(), reason };
-    for line in text.as_bytes().split(|&byte| byte == b'\n') {
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-        if let Some(key @ (b"Ka" | b"Kd" | b"Ks" | b"Ke")) = words.next()
+    for line in text.split('\n') {
+        let mut words = line.split_whitespace();
+        if let Some(key @ ("Ka" | "Kd" | "Ks" | "Ke")) = words.next()
             && words.count() < 3
         {
-            let key = String::from_utf8_lossy(key);
             return Err(files.error(syntax(format!("`{key}` needs three numbers"))));
         }
     }

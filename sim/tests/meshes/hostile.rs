@@ -35,6 +35,18 @@ fn refused_mtl(text: &str, words: &[&str]) -> MeshFault {
 }
 
 #[test]
+fn words_end_at_any_white_space_as_they_do_for_the_parser() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
+    for space in ['\u{b}', '\u{85}', '\u{a0}', '\u{2003}'] {
+        let face = format!("{vertices}f{space}1//6148914691236517206 2//1 3//1\n");
+        assert!(matches!(refused_obj(&face, &["an index is too long"]), MeshFault::Syntax { .. }));
+        let line = format!("{vertices}l{space}1 2 3\n");
+        assert!(matches!(refused_obj(&line, &["triangle"]), MeshFault::NoTriangle));
+        refused_mtl(&format!("newmtl paint\nKd{space}1 1\n"), &["`Kd` needs three numbers"]);
+    }
+}
+
+#[test]
 fn broken_geometry() {
     let cube = obj_vertices() + &obj_faces(&FACES);
     let fault = refused_obj(&cube.replace("f 1/1", "f 9/1"), &["out of bounds"]);

@@ -102,6 +102,14 @@ fn indices_and_ranges() {
         let fault = refused(change, &[word]);
         assert!(matches!(fault, MeshFault::Syntax { .. }), "{i}: {fault:?}");
     }
+    // As many bytes of indices as before: three times as many as are counted, and numbers that are not whole.
+    for (key, value, count) in [("type", json!("VEC3"), 12), ("componentType", json!(5126), 18)] {
+        let other = |gltf: &mut Value| {
+            gltf["accessors"][0][key] = value;
+            gltf["accessors"][0]["count"] = json!(count);
+        };
+        assert!(matches!(refused(other, &["another type"]), MeshFault::Syntax { .. }), "{key}");
+    }
     let not_finite = |gltf: &mut Value| gltf["nodes"][0]["scale"] = json!([1e39, 1e39, 1e39]);
     let fault = refused(not_finite, &[]);
     assert!(matches!(fault, MeshFault::NotFinite(_) | MeshFault::Syntax { .. }), "{fault:?}");

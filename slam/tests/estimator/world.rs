@@ -93,7 +93,6 @@ impl World {
 
         let mut world = Self {
             observations: Observations {
-                seed,
                 timestamps: (0..spec.steps).map(|step| step as f64 / 10.0).collect(),
                 camera,
                 robot_from_camera,
@@ -105,16 +104,16 @@ impl World {
             world_from_object,
             sizes,
         };
-        world.drive(spec);
-        world.look(spec, model);
+        world.drive(spec, seed);
+        world.look(spec, model, seed);
         world
     }
 
-    fn drive(&mut self, spec: &WorldSpec) {
+    fn drive(&mut self, spec: &WorldSpec, seed: Seed) {
         let [rotation, translation] = spec.odometry_sigma;
         let sigma = |i: usize| if i < 3 { rotation } else { translation };
         let covariance = Matrix6::from_diagonal(&Tangent::from_fn(|i, _| sigma(i).max(1e-3).powi(2)));
-        let mut noise = self.observations.seed.stream("odometry", 0);
+        let mut noise = seed.stream("odometry", 0);
         for to in 1..spec.steps {
             let motion = self.world_from_robot[to - 1].inv_mul(&self.world_from_robot[to]);
             let error = Tangent::from_fn(|i, _| sigma(i) * noise.normal());
@@ -123,8 +122,7 @@ impl World {
         }
     }
 
-    fn look(&mut self, spec: &WorldSpec, model: Option<&TanhModel>) {
-        let seed = self.observations.seed;
+    fn look(&mut self, spec: &WorldSpec, model: Option<&TanhModel>, seed: Seed) {
         let camera = self.observations.camera;
         let mut noise = seed.stream("bearing", 0);
         let mut semantic_noise = seed.stream("semantic", 0);

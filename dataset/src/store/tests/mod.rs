@@ -85,7 +85,6 @@ fn episode(seed: Seed, steps: usize, objects: usize) -> Episode {
         detections: detections.iter().map(|_| DetectionTruth { visible_fraction: s.unit() }).collect(),
     };
     let observations = Observations {
-        seed,
         timestamps,
         camera: Camera::with_horizontal_fov(320, 240, 1.1),
         robot_from_camera: pose(&mut s),
@@ -100,7 +99,7 @@ fn episode(seed: Seed, steps: usize, objects: usize) -> Episode {
             })
             .collect(),
     };
-    Episode { observations, truth }
+    Episode { seed, observations, truth }
 }
 
 fn sighting(s: &mut Stream, step: usize) -> Sighting {

@@ -72,9 +72,9 @@ pub enum Command {
     Look(LookArgs),
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
     Models(ModelsArgs),
-    /// Trains models in several ways on the same views and compares them.
+    /// Trains models in several ways on the same views and compares them (`--features train`).
     Study(StudyArgs),
-    /// Trains the scene's model from scratch.
+    /// Trains the scene's model from scratch (`--features train`).
     Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.
     Schema,
@@ -138,12 +138,10 @@ pub struct ValidationArgs {
     /// Number of episodes.
     #[arg(value_name = "N", default_value_t = 30, allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub episodes: u64,
-    /// Folder of intermediate results, which a second run takes up.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
 }
 
 /// `bench check SCENE`: fresh results against the committed ones.
@@ -169,15 +167,13 @@ pub struct DatasetArgs {
     /// Folder that gets the dataset.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Folder of intermediate results: a scene that comes with the program is laid out in it. Episodes are gone on with from --out.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
     /// Formats, separated by commas.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "vantage")]
     pub format: Vec<DatasetFormat>,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
     /// Seeds 0 to N - 1 instead of those of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=100_000))]
     pub seeds: Option<u64>,
@@ -195,12 +191,10 @@ pub struct FiguresArgs {
     /// Folder that gets the pictures.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Folder of intermediate results, which a second run takes up.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
     /// Folder of a trained model, or its name (`bench list`), in place of the one that comes with the scene.
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
@@ -245,12 +239,10 @@ pub struct LookArgs {
     /// A Rerun file to write the episode of the first seed to. Needs a program built with `--features rerun`.
     #[arg(long, value_name = "FILE.rrd")]
     pub rerun: Option<PathBuf>,
-    /// Folder of intermediate results: a scene that comes with the program is laid out in it.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
 }
 
 /// `bench study FILE`: models compared.
@@ -262,12 +254,10 @@ pub struct StudyArgs {
     /// Folder that gets `studies/NAME`, the results of the study of that name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Folder of intermediate results, which a second run takes up.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
 }
 
 /// `bench models DIR...`: what model folders hold.
@@ -290,12 +280,10 @@ pub struct TrainArgs {
     /// Folder that gets the model.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Folder of intermediate results, which a second run takes up.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
     /// A view set to train on, in place of the scene's.
     #[arg(long, value_name = "DIR", requires = "validation_views")]
     pub views: Option<PathBuf>,
@@ -323,16 +311,25 @@ pub struct ManArgs {
     pub command: Option<String>,
 }
 
-/// Options of every command that runs all stages.
+/// Options of every command that renders.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct StageArgs {
-    /// Folder of intermediate results, which a second run takes up.
+pub struct MakingArgs {
+    /// Folder of intermediate results, which a second run takes up, and of what comes with the program.
     #[arg(long, value_name = "DIR", default_value = "cache")]
     pub cache: PathBuf,
     /// What renders.
     #[arg(long, value_enum, default_value_t)]
     pub renderer: RendererChoice,
-    /// Trains the model from scratch instead of taking the one that comes with the scene.
+}
+
+/// Options of every command that runs all stages.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct StageArgs {
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
+    /// Trains the model from scratch instead of taking the one that comes with the scene (`--features train`).
     #[arg(long, conflicts_with = "model")]
     pub train: bool,
     /// Folder of a trained model, or its name (`bench list`); its row has that name. May be given more than once.
@@ -367,9 +364,12 @@ mod tests {
     #[test]
     fn a_scene_alone_has_documented_defaults() {
         let run = parse("scenes/tabletop.yaml").unwrap();
-        assert_eq!((run.out.as_path(), run.stages.cache.as_path()), ("out".as_ref(), "cache".as_ref()));
         assert_eq!(
-            (run.stages.renderer, run.stages.seeds, run.stages.train),
+            (run.out.as_path(), run.stages.making.cache.as_path()),
+            ("out".as_ref(), "cache".as_ref())
+        );
+        assert_eq!(
+            (run.stages.making.renderer, run.stages.seeds, run.stages.train),
             (RendererChoice::Auto, None, false)
         );
     }
@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn all_options_are_read_and_wrong_ones_refused() {
         let run = parse("s.yaml --out o --cache c --renderer reference --model m --seeds 3").unwrap();
-        assert_eq!((run.stages.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
+        assert_eq!((run.stages.making.renderer, run.stages.seeds), (RendererChoice::Reference, Some(3)));
         assert_eq!(run.stages.model, [PathBuf::from("m")]);
         for wrong in ["", "s.yaml --seeds 0", "s.yaml --renderer gl", "s.yaml --train --model m", "s.yaml -x"]
         {

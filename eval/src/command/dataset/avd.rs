@@ -108,8 +108,8 @@ impl Format for Avd {
         let Some((scan, mark)) = self.scan.take() else { return Ok(()) };
         scan.finish()?;
         fs::remove_file(&mark).map_err(cannot(&mark))?;
-        let made = &episode.observations;
-        self.inventory.add(name(made.seed).to_string(), self.split, made.steps() as u64);
+        let steps = episode.observations.steps() as u64;
+        self.inventory.add(name(episode.seed).to_string(), self.split, steps);
         Ok(())
     }
 

@@ -57,7 +57,7 @@ impl Format for Episodes<'_> {
     }
 
     fn episode(&mut self, episode: &Episode) -> Result<(), BenchError> {
-        let seed = episode.observations.seed.0;
+        let seed = episode.seed.0;
         let folder = self.out.path().join(seed.to_string());
         let partial = self.out.path().join(format!("{seed}.partial"));
         remove(&partial).map_err(|source| OutputError { path: partial.clone(), source })?;

@@ -10,19 +10,13 @@ pub enum DatasetError {
     /// A folder holds a dataset of another scene, split, renderer or program.
     #[error("{} holds a dataset of another {differs}; choose another folder with --out", folder.display())]
     OtherData {
-        /// The folder.
         folder: PathBuf,
         /// In what it is another.
         differs: String,
     },
     /// A format that this scene's images cannot be written in.
     #[error("--format {format}: {reason}; choose another format or scene")]
-    Unsuitable {
-        /// The format.
-        format: &'static str,
-        /// Why not.
-        reason: String,
-    },
+    Unsuitable { format: &'static str, reason: String },
 }
 
 impl Ends for DatasetError {}

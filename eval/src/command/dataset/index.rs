@@ -52,7 +52,7 @@ impl Index {
         let objects = episode.truth.objects.len();
         let crops = episode.observations.detections.iter().filter(|d| d.track < objects).count();
         let counts = Counts { images: episode.observations.steps() as u64, crops: crops as u64 };
-        self.episodes.insert(episode.observations.seed.0, counts);
+        self.episodes.insert(episode.seed.0, counts);
     }
 
     /// Writes it.

@@ -146,7 +146,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let progress = Progress::detect();
     let scene = file.checked(&args.scene, &progress)?;
     let _lock = out.lock(&progress)?;
-    let opened = open(args.renderer.into())?;
+    let opened = open(args.making.renderer.into())?;
     if let Some(notice) = &opened.notice {
         progress.note(notice);
     }

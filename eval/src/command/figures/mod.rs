@@ -18,7 +18,7 @@ use vantage_dataset::{Seed, Split, ViewSet};
 /// know looks from viewpoints, predictions, likelihoods over viewpoints, and the calibration of their noise.
 pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
+    let pipeline = Pipeline::open(&args.scene, &args.making.cache, args.making.renderer.into())?;
     let chosen = chosen_model(&pipeline, false, args.model.as_deref())?;
     let (model, folder) = any_model(&pipeline, chosen.as_deref())?;
     let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));

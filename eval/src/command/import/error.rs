@@ -10,7 +10,6 @@ pub enum ImportRefusal {
     /// A folder to import from lacks an object that was asked for.
     #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5)", folder.display())]
     NoObject {
-        /// Its name.
         name: String,
         /// Where it was looked for.
         folder: PathBuf,
@@ -20,22 +19,13 @@ pub enum ImportRefusal {
         "{} holds no object, that is, no folder with a calibration.h5: name the folder of the objects' folders",
         folder.display()
     )]
-    NoObjects {
-        /// The folder.
-        folder: PathBuf,
-    },
+    NoObjects { folder: PathBuf },
     /// A folder to import from is that of an object, in place of that of all.
     #[error("{} holds the files of one object: name the folder above it", folder.display())]
-    OneObject {
-        /// The folder.
-        folder: PathBuf,
-    },
+    OneObject { folder: PathBuf },
     /// Objects or a split are chosen of an episode, which has all objects and no split.
     #[error("{option} is for a view set: add --views")]
-    ForViewSets {
-        /// The option.
-        option: &'static str,
-    },
+    ForViewSets { option: &'static str },
 }
 
 impl Ends for ImportRefusal {}

@@ -9,10 +9,7 @@ use thiserror::Error;
 pub enum LookError {
     /// A picture that would not be one.
     #[error("--out {}: expected the name of a PNG file", path.display())]
-    NoPicture {
-        /// What was asked for.
-        path: PathBuf,
-    },
+    NoPicture { path: PathBuf },
 }
 
 impl Ends for LookError {}

@@ -6,7 +6,8 @@ use super::placed;
 use crate::command::cli::LookArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::figure::scene_sheet::{BOX, BOX_OF_NOTHING, Panel, SceneSheet};
+use crate::figure::canvas::Canvas;
+use crate::figure::scene_sheet::{BOX, BOX_OF_NOTHING, Panel};
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};
@@ -56,7 +57,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     if args.rerun.is_some() {
         return Err(crate::left_out::LeftOut::Rerun.into());
     }
-    let opened = open(args.renderer.into())?;
+    let opened = open(args.making.renderer.into())?;
     if let Some(notice) = &opened.notice {
         Progress::detect().note(notice);
     }
@@ -67,19 +68,19 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let rollout = rollout.map_err(|error| placed(error, &args.scene))?;
     let Camera { width, height, .. } = rollout.camera;
     let pitch = CAPTION + PICTURE * height / width.max(height);
-    let mut sheet = SceneSheet::new(2 * PICTURE, 2 * pitch + CAPTION + VIEWS as u32 * CROP);
+    let mut sheet = Canvas::new(2 * PICTURE, 2 * pitch + CAPTION + VIEWS as u32 * CROP);
     let pictures = pictures(&scene, &rollout, renderer.as_mut())?;
     for (index, (caption, picture)) in pictures.iter().enumerate() {
         let (left, top) = (index as u32 % 2 * PICTURE, index as u32 / 2 * pitch);
-        sheet.caption(caption, left + MARGIN, top + MARGIN);
-        sheet.place(picture, left, top + CAPTION, PICTURE);
+        sheet.text(caption, ((left + MARGIN) as i32, (top + MARGIN) as i32));
+        picture.place_on(&mut sheet, left, top + CAPTION, PICTURE);
     }
     let conditions = scene.view_conditions();
     let shown = instances(&scene);
     let caption = format!(
         "test instances, a column each ({shown}), from azimuths all round as the scene's sensors see them"
     );
-    sheet.caption(&caption, MARGIN, 2 * pitch + MARGIN);
+    sheet.text(&caption, (MARGIN as i32, (2 * pitch + MARGIN) as i32));
     let set = training_views(&conditions, Split::Test, shown, seed, renderer.as_mut(), &mut |_| {})?;
     for instance in 0..shown {
         let mut views: Vec<&View> = set.views.iter().filter(|view| view.instance == instance).collect();
@@ -89,7 +90,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
             let crop = &views[row * views.len() / rows].crop;
             let panel = Panel::new(CROP_SIDE as u32, CROP_SIDE as u32, crop.0.to_vec())?;
             let top = 2 * pitch + CAPTION + row as u32 * CROP;
-            sheet.place(&panel, instance as u32 * CROP, top, CROP);
+            panel.place_on(&mut sheet, instance as u32 * CROP, top, CROP);
         }
     }
     let name = path.file_name().map(Path::new).unwrap_or(Path::new("look.png"));

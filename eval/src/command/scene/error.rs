@@ -9,24 +9,16 @@ use thiserror::Error;
 pub enum RunError {
     /// A row panicked.
     #[error("an estimator panicked on {}: its runs count as failed, all others were written", scene.display())]
-    Panicked {
-        /// The scene.
-        scene: PathBuf,
-    },
+    Panicked { scene: PathBuf },
     /// Every row failed on every seed.
     #[error(
         "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
     )]
-    NothingAnswered {
-        /// The scene.
-        scene: PathBuf,
-    },
+    NothingAnswered { scene: PathBuf },
     /// A row of which no run succeeded.
     #[error("no run of {method} succeeded on {}: {reason}; all else was written", scene.display())]
     NothingOf {
-        /// The row.
         method: String,
-        /// The scene.
         scene: PathBuf,
         /// Why the first failed.
         reason: String,
@@ -36,10 +28,7 @@ pub enum RunError {
         "no object was detected in any episode of {}: tables were written, but only dead reckoning was scored; turn \
          the camera (`robot.camera`), move the path, or lower `sensors.detector`", scene.display()
     )]
-    NothingSeen {
-        /// The scene.
-        scene: PathBuf,
-    },
+    NothingSeen { scene: PathBuf },
 }
 
 impl Ends for RunError {

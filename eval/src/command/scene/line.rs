@@ -21,7 +21,7 @@ use vantage_sim::world::check_room;
 
 /// Runs the line on a scene.
 pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, BenchError> {
-    let pipeline = Pipeline::open(scene, &stages.cache, stages.renderer.into())?;
+    let pipeline = Pipeline::open(scene, &stages.making.cache, stages.making.renderer.into())?;
     let seeds = seeds(&pipeline.file, stages);
     has_room(&pipeline, &seeds, scene)?;
     let entries = entries(&pipeline, stages, &seeds)?;

@@ -9,7 +9,7 @@ mod said;
 use super::cli::{RunArgs, StageArgs};
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::pipeline::{Answer, Naming, PANICKED, model_hash};
+use crate::pipeline::{Answer, Naming, PANICKED, model_hash, reference_model};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
@@ -45,24 +45,32 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     ended(&scored, scene)
 }
 
-/// Refuses to put a result of fewer seeds, or of another model, in the place of the one that lies there.
+/// Refuses to put a result of fewer seeds, or of another model, in the place of the one that lies there; tells where that is of another
+/// scene.
 fn keep_fuller(place: &Path, scene: &Path, file: &SceneFile, stages: &StageArgs) -> Result<(), BenchError> {
     let Some(standing) = Standing::read(place) else { return Ok(()) };
-    let reference = file.training.reference.as_ref();
-    let committed = reference.map(|model| scene.parent().unwrap_or(Path::new("")).join(model));
+    let own = reference_model(file, scene, &stages.making.cache)?;
+    let with_a_model = own.is_some();
     let models = match stages.model.as_slice() {
         _ if stages.train => Vec::new(),
-        [] => committed.into_iter().collect(),
+        [] => own.into_iter().collect(),
         named => named.to_vec(),
     };
     let same_model = if models.is_empty() {
-        standing.is_of_training(reference.is_some())
+        standing.is_of_training(with_a_model)
     } else {
         // Of a folder that holds none the line tells.
         let hashes: Option<Vec<String>> = models.iter().map(|model| model_hash(model)).collect();
         hashes.is_none_or(|hashes| standing.is_of(&hashes))
     };
-    Ok(standing.allows(place, &seeds(file, stages), same_model)?)
+    standing.allows(place, &seeds(file, stages), same_model)?;
+    if !standing.is_of_scene(&scene_file::hash(file)?) {
+        let place = place.display();
+        Progress::detect().note(&format!(
+            "note: the result in {place} is of another scene of this name, or of this one as it was; this run replaces it"
+        ));
+    }
+    Ok(())
 }
 
 /// How a run ends whose files are written.

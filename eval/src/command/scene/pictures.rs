@@ -5,7 +5,9 @@ use crate::command::error::BenchError;
 use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::gains::gains_svg;
 use crate::figure::likelihood::likelihood_svg;
+use crate::figure::nees::{Curve, nees_svg};
 use crate::figure::trajectory::{TopView, trajectory_svg};
+use crate::pipeline::Answer;
 use crate::result::folder::ResultFolder;
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
@@ -14,6 +16,7 @@ use crate::result::trajectory::Trajectory;
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::TRUTH;
 use crate::scene_file::row_name::is_learned;
+use crate::score::consistency::pose_consistency;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use std::collections::BTreeMap;
@@ -22,7 +25,7 @@ use vantage_dataset::{Crop, Detection, Observations, Pose, Seed, Truth};
 
 /// Crops of an object on the sheet.
 const COLUMNS: usize = 16;
-/// Paths that are nowhere farther apart look like one, metres.
+/// Paths that are nowhere farther apart look like one, metres; so do errors, relative to them.
 const ALIKE: f64 = 0.001;
 
 /// Writes `<seed>/*.tum` for every seed, and the pictures; those of an episode are of the seed in the middle of the paired
@@ -41,10 +44,14 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
     let middle = gains.first().and_then(|(_, paired)| Some((paired.median_seed()?, paired.seeds())));
     let first = scored.episodes.iter().find_map(|(seed, episode)| episode.as_ref().ok().map(|_| *seed));
     let pictured = middle.map(|(seed, _)| seed).or(first);
+    let mut nees: Vec<Curve<'_>> = scored.methods.iter().map(|name| (&**name, Vec::new())).collect();
     for ((seed, episode), (_, answers)) in scored.episodes.iter().zip(&scored.answers) {
         let Ok(episode) = episode else { continue };
         let observations = read_observations(&episode.folder)?;
         let truth = read_truth(&episode.folder)?;
+        for ((_, seeds), answer) in nees.iter_mut().zip(answers) {
+            seeds.extend(pose_nees(&truth, answer)?);
+        }
         let mut rows: Vec<(&str, Vec<Pose>)> = scored
             .methods
             .iter()
@@ -69,6 +76,15 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
                 picture("crops.png", &sheet(&observations, &truth)?)?;
             }
         }
+    }
+    nees.retain(|(_, seeds)| !seeds.is_empty());
+    without_twin(&mut nees, |control, geometric| {
+        let apart = |(a, b): (&f64, &f64)| (a - b).abs() > ALIKE * a.max(*b);
+        !control.iter().flatten().zip(geometric.iter().flatten()).any(apart)
+    });
+    if !nees.is_empty() {
+        let title = format!("{}: errors of poses against their covariances", scored.results.scene);
+        picture("nees.svg", nees_svg(&title, &nees)?.as_bytes())?;
     }
     let curves = scored.unseen.iter().map(|(model, unseen)| (model.as_str(), mean_likelihood(unseen)));
     let curves: Vec<_> = curves.filter(|(_, curve)| !curve.is_empty()).collect();
@@ -97,11 +113,7 @@ fn title(scene: &str, seed: Seed, compared: Option<usize>) -> String {
 
 /// All paths, but a control that runs where the geometric estimate does.
 fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Vec<Pose>)>) -> Result<String, BenchError> {
-    let [control, geometric] = [Row::Uninformative, Row::Geometric].map(|row| row.to_string());
-    let path = |row: &str| rows.iter().find(|(name, _)| *name == row).map(|(_, poses)| poses);
-    if path(&control).zip(path(&geometric)).is_some_and(|(control, geometric)| alike(control, geometric)) {
-        rows.retain(|(name, _)| *name != control);
-    }
+    without_twin(&mut rows, |control, geometric| alike(control, geometric));
     let mut estimates = Vec::new();
     for (name, poses) in rows {
         let alignment = Pairs::by_step(&truth.world_from_robot, &poses)?.true_world_from_estimate_world();
@@ -117,6 +129,22 @@ fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Vec<Pose>)>) -> Res
         .collect();
     let view = TopView { title, truth: &truth.world_from_robot, estimates: &estimates, objects: &objects };
     Ok(trajectory_svg(&view)?)
+}
+
+/// Leaves out the control where it is like the geometric row.
+fn without_twin<T>(rows: &mut Vec<(&str, T)>, alike: impl Fn(&T, &T) -> bool) {
+    let [control, geometric] = [Row::Uninformative, Row::Geometric].map(|row| row.to_string());
+    let of = |row: &str| rows.iter().find(|(name, _)| *name == row).map(|(_, of)| of);
+    if of(&control).zip(of(&geometric)).is_some_and(|(control, geometric)| alike(control, geometric)) {
+        rows.retain(|(name, _)| *name != control);
+    }
+}
+
+/// NEES / dof of a pose at each step after the first; none of an answer without covariances.
+fn pose_nees(truth: &Truth, answer: &Answer) -> Result<Option<Vec<f64>>, BenchError> {
+    let Some(covariances) = answer.pose_covariances.as_deref() else { return Ok(None) };
+    let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
+    Ok(pose_consistency(&pairs, covariances).map(|found| found.pose))
 }
 
 fn alike(a: &[Pose], b: &[Pose]) -> bool {

@@ -11,7 +11,6 @@ pub enum SourceError {
     /// A word that is neither a command nor a scene.
     #[error("there is no command and no scene `{word}`{} (`bench --help` lists the commands, `bench list` the scenes)", meant.hint())]
     NoCommand {
-        /// The word.
         word: String,
         /// What may have been meant.
         meant: Meant,
@@ -21,7 +20,6 @@ pub enum SourceError {
     NoName {
         /// What was looked for.
         kind: FileKind,
-        /// Its name.
         name: String,
         /// What may have been meant.
         meant: Meant,
@@ -37,7 +35,6 @@ pub enum SourceError {
     /// A folder.
     #[error("{} is a folder, expected one {kind}{}", folder.display(), listed(*kind, files))]
     Folder {
-        /// The folder.
         folder: PathBuf,
         /// What was looked for.
         kind: FileKind,

@@ -1,6 +1,6 @@
 //! The scene or the study that a command is given: a file, or the name of one that comes with the program.
 
-pub mod error;
+pub(super) mod error;
 
 use super::cli::Cli;
 use crate::command::error::BenchError;
@@ -29,9 +29,9 @@ pub fn find(cli: &mut Cli) -> Result<(), BenchError> {
     }
     if let Some((models, cache)) = cli.models() {
         for model in models {
-            let comes = |name: &str| supplied::models().any(|(other, _)| other == name);
-            if !model.exists() && model.to_str().is_some_and(comes) {
-                *model = supplied::lay_out(cache)?.join("models").join(&model);
+            let name = model.to_str().filter(|_| !model.exists());
+            if let Some(folder) = name.map(|name| supplied::model(name, cache)).transpose()?.flatten() {
+                *model = folder;
             }
         }
     }

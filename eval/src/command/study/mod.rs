@@ -41,7 +41,8 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
     let beside = args.study.parent().unwrap_or(Path::new(""));
-    let pipeline = Pipeline::open(&beside.join(&study.scene), &args.cache, args.renderer.into())?;
+    let pipeline =
+        Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
     let finished = finished(&pipeline, &study, &args.study, &seeds)?;
     let hash = study.hash(&pipeline.scene_hash)?;
@@ -58,7 +59,7 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     manifest.took("views", started.elapsed());
     manifest.dataset_hash = Some(views.hash());
     finished.values().try_for_each(|models| views.check_finished(models))?;
-    let trunks = args.cache.join(TRUNKS);
+    let trunks = args.making.cache.join(TRUNKS);
     let (scores, map) = scored(&pipeline, &study, &views, finished, &trunks, &mut manifest)?;
     let any = scores.any();
     let results = Results::new(&study.name, &hash, scores.tables(&study, &seeds)?);

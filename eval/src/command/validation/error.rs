@@ -9,19 +9,13 @@ use thiserror::Error;
 pub enum ValidationError {
     /// There is no trajectory to score.
     #[error("no robot drives in {}: name a scene whose robot follows a path", scene.display())]
-    Undriven {
-        /// The scene.
-        scene: PathBuf,
-    },
+    Undriven { scene: PathBuf },
     /// No object was detected in any episode.
     #[error(
         "no object was detected in any episode of {}: turn the camera (`robot.camera`), move the path, or lower \
          `sensors.detector`", scene.display()
     )]
-    NothingSeen {
-        /// The scene.
-        scene: PathBuf,
-    },
+    NothingSeen { scene: PathBuf },
 }
 
 impl Ends for ValidationError {

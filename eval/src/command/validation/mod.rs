@@ -32,7 +32,7 @@ struct Trial {
 
 /// Opens a scene whose robot drives.
 fn open(args: &ValidationArgs) -> Result<Pipeline, BenchError> {
-    let pipeline = Pipeline::open(&args.scene, &args.cache, args.renderer.into())?;
+    let pipeline = Pipeline::open(&args.scene, &args.making.cache, args.making.renderer.into())?;
     match pipeline.drives() {
         true => Ok(pipeline),
         false => Err(ValidationError::Undriven { scene: args.scene.clone() }.into()),

@@ -210,11 +210,18 @@ impl<'f, 's> Reader<'f, 's> {
     }
 
     fn misfit(&self) -> MeshFileError {
-        let reason = "an attribute has another type or length than its kind or its neighbours".to_owned();
+        let reason =
+            "indices or an attribute have another type or length than their kind or their neighbours"
+                .to_owned();
         self.files.error(MeshFault::Syntax { name: "accessors".to_owned(), reason })
     }
 
+    /// Indices of corners: single whole numbers, so that there are no more of them than the accessor counts.
     fn indices(&mut self, accessor: &Accessor<'_>, vertices: usize) -> Result<Vec<u32>, MeshFileError> {
+        let whole = matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
+        if accessor.dimensions() != Dimensions::Scalar || !whole {
+            return Err(self.misfit());
+        }
         let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte));
         let indices: Vec<u32> =
             self.elements(accessor)?.chunks_exact(accessor.data_type().size()).map(index).collect();
