@@ -12,7 +12,7 @@ const RATIO: f64 = 1.15;
 
 impl Hyperparameters {
     /// The best of a grid for `objects`, each the crops of one object and the azimuths that they were seen from, and their
-    /// log marginal likelihood, nats. Each component has deviations of its own, all share the kernel; black crops are left out.
+    /// log marginal likelihood under Gaussian noise, nats. Each component has deviations of its own, all share the kernel; black crops are left out.
     pub fn fit(objects: &[Vec<(&Crop, f64)>]) -> (Self, f64) {
         let fits = KAPPAS.map(|kappa| of_kappa(kappa, objects));
         fits.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are several")
@@ -22,7 +22,12 @@ impl Hyperparameters {
 fn of_kappa(kappa: f64, objects: &[Vec<(&Crop, f64)>]) -> (Hyperparameters, f64) {
     let rotated: Vec<(DVector<f64>, DMatrix<f64>)> =
         objects.iter().filter_map(|views| diagonalised(kappa, views)).collect();
-    let mut fitted = Hyperparameters { kappa, signal: [1.0; COMPONENTS], noise: [1.0; COMPONENTS] };
+    let mut fitted = Hyperparameters {
+        kappa,
+        signal: [1.0; COMPONENTS],
+        noise: [1.0; COMPONENTS],
+        degrees_of_freedom: f64::INFINITY,
+    };
     let mut sum = 0.0;
     for j in 0..COMPONENTS {
         let numbers = || {

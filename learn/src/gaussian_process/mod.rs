@@ -25,9 +25,6 @@ use vantage_model::{
     AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
 };
 
-/// Heavy tails for what the process does not tell: other light, occluders, elevation and distance.
-const DEGREES_OF_FREEDOM: f64 = 8.0;
-
 /// The process as an observation model of [`COMPONENTS`] measured and `COMPONENTS * FEATURES` latent numbers.
 #[derive(Debug)]
 pub struct GaussianProcess {
@@ -39,7 +36,8 @@ impl GaussianProcess {
     /// Of these hyper-parameters; refuses deviations that are not positive.
     pub fn new(hyperparameters: Hyperparameters) -> Result<Self, AnswerError> {
         let precision = DVector::from_iterator(COMPONENTS, hyperparameters.noise.iter().map(|s| s.recip()));
-        let noise = MeasurementNoise::new(DMatrix::from_diagonal(&precision), DEGREES_OF_FREEDOM)?;
+        let noise =
+            MeasurementNoise::new(DMatrix::from_diagonal(&precision), hyperparameters.degrees_of_freedom)?;
         Ok(Self { hyperparameters, noise })
     }
 

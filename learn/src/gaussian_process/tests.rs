@@ -4,7 +4,13 @@ use std::f64::consts::PI;
 
 fn process() -> GaussianProcess {
     let signal = std::array::from_fn(|j| 0.1 + 0.01 * j as f64);
-    GaussianProcess::new(Hyperparameters { kappa: 3.0, signal, noise: [0.01; COMPONENTS] }).unwrap()
+    GaussianProcess::new(Hyperparameters {
+        kappa: 3.0,
+        signal,
+        noise: [0.01; COMPONENTS],
+        degrees_of_freedom: 8.0,
+    })
+    .unwrap()
 }
 
 fn seen_from(azimuth: f64) -> Viewpoint {
@@ -91,7 +97,12 @@ fn one_view_is_read_as_the_exact_posterior_reads_it() {
 #[test]
 fn a_black_crop_is_refused_and_so_is_noise_of_zero() {
     assert!(process().measure(&Crop::black()).is_err());
-    let told = Hyperparameters { kappa: 1.0, signal: [1.0; COMPONENTS], noise: [0.0; COMPONENTS] };
+    let told = Hyperparameters {
+        kappa: 1.0,
+        signal: [1.0; COMPONENTS],
+        noise: [0.0; COMPONENTS],
+        degrees_of_freedom: 8.0,
+    };
     assert!(GaussianProcess::new(told).is_err());
 }
 
