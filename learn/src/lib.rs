@@ -34,6 +34,7 @@ mod manifest;
 mod model;
 mod onnx;
 mod predictive_model;
+pub mod readout;
 mod residual;
 mod role;
 mod spec;

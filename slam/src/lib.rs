@@ -15,7 +15,7 @@
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
-//! | start values | [`initial`], [`mapping`], [`orientation`] |
+//! | start values | [`initial`], [`mapping`], [`orientation`], [`yaw`] |
 //! | J^T W J, latents eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
 //! | marginal covariances | [`covariance`] |
@@ -45,9 +45,12 @@ pub mod settings;
 pub mod sighting;
 pub mod solve;
 pub mod variable;
+pub mod yaw;
 
 pub use estimate::{Dropped, Estimate, ObjectEstimate, Orientation, Unresolved, UnresolvedReason};
-pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
+pub use estimator::{
+    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Semantic, Uninformative,
+};
 pub use input::EstimateError;
 pub use settings::{GeometrySettings, OrientationSettings, SemanticSettings, Settings, SolverSettings};
 pub use solve::Outcome;

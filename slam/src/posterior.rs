@@ -98,6 +98,7 @@ impl<'m> Posterior<'m> {
                 size,
                 orientation: margin.and_then(orientation),
                 latent: margin.and_then(latent),
+                classes: None,
                 bearings: of_track.len(),
                 semantic_views,
             });

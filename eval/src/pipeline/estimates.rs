@@ -47,6 +47,9 @@ struct Inputs<'a> {
     code: &'static str,
     episode: &'a str,
     model: &'a str,
+    /// What identifies the views that the read-outs are fitted on, where the row reads one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    readouts: Option<&'a str>,
     /// With one row.
     spec: EstimatorSpec,
 }
@@ -171,7 +174,9 @@ fn answered(
 ) -> Result<Answer, StageError> {
     let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
-    let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, spec: of_row })?;
+    let fitted_on = method.model.readouts.as_ref().map(|(_, seal)| seal.as_str());
+    let readouts = fitted_on.filter(|_| method.row.reads_out());
+    let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, readouts, spec: of_row })?;
     cache.json(&key, FILE, || {
         let observations = match observations.get() {
             Some(observations) => observations,
@@ -193,7 +198,7 @@ fn answer(
     method: &Method<'_>,
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
-    let estimator = method.row.estimator(&spec.settings(), method.model.viewing());
+    let estimator = method.row.estimator(&spec.settings(), method.model.reader());
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => Ok(Answer::new(estimate)),
         Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(error.to_string())),

@@ -12,7 +12,7 @@ use vantage_slam::{GeometrySettings, OrientationSettings, SemanticSettings, Sett
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all but `gaussian_process`.
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head` and `discrete_class`.
     #[garde(length(min = 1))]
     pub rows: Vec<Row>,
     /// Most iterations of Levenberg-Marquardt a problem gets. Default: 100.

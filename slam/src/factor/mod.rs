@@ -1,7 +1,9 @@
 //! The factors of the posterior: whitened residuals with exact Jacobians.
 
+pub mod azimuth;
 pub mod bearing;
 pub mod between;
+pub mod class;
 pub mod prior;
 pub mod semantic;
 pub mod upright;
@@ -10,8 +12,10 @@ use crate::noise::Kernel;
 use crate::variable::{Key, Values};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
+pub use azimuth::AzimuthFactor;
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
+pub use class::ClassFactor;
 pub use prior::{PosePrior, StandardNormalPrior};
 pub use semantic::SemanticFactor;
 pub use upright::UprightFactor;

@@ -1,12 +1,15 @@
 //! Every factor's derivatives against central differences, at residuals far from zero.
 
 use crate::model::TanhModel;
+use crate::sensors::LinearClasses;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector3};
 use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
+use vantage_model::AzimuthReading;
 use vantage_slam::Key;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, Factor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
+    AzimuthFactor, BearingFactor, BetweenFactor, ClassFactor, Factor, PosePrior, SemanticFactor,
+    StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::variable::{Value, Values};
@@ -144,5 +147,33 @@ fn semantic() {
             assert!(check(&factor, &values) > 1.0);
             tested += 1;
         }
+    }
+}
+
+#[test]
+fn azimuth_and_class() {
+    let mut stream = Seed(6).stream("azimuth", 0);
+    let model = LinearClasses::new(3, 5, 0.2, Seed(6));
+    let mut tested = 0;
+    while tested < 20 {
+        let mut values = Values::default();
+        let robot = se3::exp(&random_tangent(&mut stream, 0.5, 1.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 0.5, 0.2));
+        let ahead = robot * mount * Pose::translation(stream.normal() * 0.3, stream.normal() * 0.3, 2.0);
+        values.insert(Key::Robot(0), Value::Pose(robot));
+        values.insert(Key::Object(0), Value::Pose(ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.1))));
+        let keys = [Key::Robot(0), Key::Object(0)];
+        let measurement = DVector::from_fn(5, |_, _| stream.normal());
+        let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
+        let of_class = ClassFactor::new(keys, (&model, tested % 3), measurement, mount, 0.4, scaling);
+        if of_class.residual(&values).is_none() {
+            continue;
+        }
+        assert!(check(&of_class, &values) > 1.0);
+        let reading = AzimuthReading { azimuth: stream.uniform(-3.0, 3.0), sigma: 0.2 };
+        let of_azimuth = AzimuthFactor::new(keys, reading, mount, 4.0, 0.7);
+        let residual = check(&of_azimuth, &values);
+        assert!(residual > 1e-3 && residual <= std::f64::consts::PI / 0.2);
+        tested += 1;
     }
 }

@@ -11,6 +11,7 @@ mod model;
 mod recovery;
 mod repeatable;
 mod semantic;
+mod sensors;
 mod stalled;
 mod underconstrained;
 mod which;

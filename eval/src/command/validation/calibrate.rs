@@ -6,7 +6,8 @@
 //!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`: mean
 //! ATE, its paired difference to `geometric`, and the mean normalised estimation error squared of all poses (NEES over 6:
-//! 1 where consistent).
+//! 1 where consistent). Likewise of the rows beside a model's that the scene names: `gaussian_process`, whose hyper-parameters of
+//! most marginal likelihood are told, `azimuth_head` and `discrete_class`.
 
 use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::CalibrateArgs;
@@ -14,6 +15,7 @@ use crate::command::error::BenchError;
 use crate::exit::Exit;
 use crate::pipeline::{chosen_model, model};
 use crate::result::statistics::quantile;
+use crate::scene_file::row::Row;
 use nalgebra::Point3;
 use std::io::Write;
 use vantage_dataset::{ObjectTruth, Pose, Viewpoint, se3};
@@ -59,6 +61,14 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for scale in SCALES {
         settings.semantics.information_scale = scale;
         rows.push(line(scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?));
+    }
+    let rivals = pipeline.file.estimator.rows.iter().filter(|row| !Row::DEFAULT.contains(row));
+    for &row in rivals {
+        for scale in SCALES {
+            settings.semantics.information_scale = scale;
+            let answers = of(&*row.estimator(&settings, loaded.reader()))?;
+            rows.push(line(format!("{row} {scale}"), &answers));
+        }
     }
     print(stdout, &["Scale", "ATE [m]", "Difference [m]", "+- 95% [m]", "NEES / 6"], rows)?;
     Ok(Exit::Success)
