@@ -101,6 +101,15 @@ impl From<&EstimatedObject> for StoredObject {
     }
 }
 
+impl StoredObject {
+    /// Leaves the object's place alone: its frame is no other estimator's, nor the truth's.
+    fn forget_frame(&mut self) {
+        let Self { position: _, position_covariance: _, rotation, rotation_covariance, margin, latent } =
+            self;
+        (*rotation, *rotation_covariance, *margin, *latent) = (None, None, None, None);
+    }
+}
+
 impl Answer {
     /// The objects as the scores take them, one a true object.
     pub fn scored_objects(&self, objects: usize) -> Vec<Option<ObjectEstimate>> {
@@ -200,7 +209,13 @@ fn answer(
 ) -> Result<Answer, StageError> {
     let estimator = method.row.estimator(&spec.settings(), method.model.reader());
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
-        Ok(Ok(estimate)) => Ok(Answer::new(estimate)),
+        Ok(Ok(estimate)) => {
+            let mut answer = Answer::new(estimate);
+            if method.row.frames_are_free() {
+                answer.objects.iter_mut().flatten().for_each(StoredObject::forget_frame);
+            }
+            Ok(answer)
+        }
         Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(error.to_string())),
         Ok(Err(error)) => Err(error.into()),
         Err(_) => Ok(Answer::failed(PANICKED.to_owned())),
@@ -211,6 +226,22 @@ fn answer(
 mod tests {
     use super::*;
     use nalgebra::Vector3;
+
+    #[test]
+    fn of_an_object_in_a_free_frame_its_place_is_left() {
+        let mut object = StoredObject {
+            position: Point3::new(0.1, 0.2, 0.3),
+            position_covariance: Some(Matrix3::identity()),
+            rotation: Some(UnitQuaternion::identity()),
+            rotation_covariance: Some(Matrix3::identity()),
+            margin: Some(2.0),
+            latent: Some([vec![0.1], vec![0.2]]),
+        };
+        object.forget_frame();
+        assert!(object.position_covariance.is_some() && object.position.y == 0.2);
+        assert!(object.rotation.is_none() && object.rotation_covariance.is_none());
+        assert!(object.margin.is_none() && object.latent.is_none());
+    }
 
     #[test]
     fn answers_round_trip_to_the_bit() {

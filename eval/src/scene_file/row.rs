@@ -91,6 +91,11 @@ impl Row {
     /// The rows of a scene that names none.
     pub const DEFAULT: &[Row] = &[Row::Odometry, Row::Geometric, Row::ViewpointDependent, Row::Uninformative];
 
+    /// Whether the frames of its objects are its own, so that neither orientations nor latents are to be scored.
+    pub fn frames_are_free(self) -> bool {
+        self == Row::GaussianProcess
+    }
+
     /// Whether it reads a model's measurement by a read-out that is fitted on labelled views.
     pub fn reads_out(self) -> bool {
         matches!(self, Row::AzimuthHead | Row::DiscreteClass)
