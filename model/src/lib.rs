@@ -10,6 +10,8 @@
 //! | `z` | [`Crop`](vantage_dataset::Crop) |
 //! | `x_rel` | [`Viewpoint`](vantage_dataset::Viewpoint) |
 //! | `m(z)`, `h(e, x_rel)`, `q(e \| z, x_rel)` | [`ObservationModel`] |
+//! | `p(m(z) \| c, x_rel)` of Eq. 8 | [`ClassModel`] |
+//! | an azimuth read off `z` alone | [`AzimuthSensor`] |
 //! | `N(e; mean, variance)`, and products of them | [`LatentGaussian`], [`Information`] |
 //! | derivatives of `h` to `e` and to the camera's pose | [`Linearization`], [`ViewpointDerivative`] |
 //! | `W`, `nu` | [`MeasurementNoise`] |
@@ -18,6 +20,8 @@
 //!
 //! M numbers are measured, D are latent. Tangents are rotation first and perturb on the right: `T * Exp(xi)`.
 
+mod azimuth_sensor;
+mod class_model;
 mod error;
 mod latent_gaussian;
 mod linearization;
@@ -26,6 +30,8 @@ mod observation_model;
 pub mod periodic;
 pub mod student_t;
 
+pub use azimuth_sensor::{AzimuthReading, AzimuthSensor};
+pub use class_model::ClassModel;
 pub use error::AnswerError;
 pub use latent_gaussian::{Information, LatentGaussian};
 pub use linearization::{Linearization, ViewpointDerivative};

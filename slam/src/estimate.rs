@@ -49,6 +49,8 @@ pub struct ObjectEstimate {
     pub orientation: Option<Orientation>,
     /// P(e | H): mean at the maximum, marginal variances; as for the orientation.
     pub latent: Option<LatentGaussian>,
+    /// P(c | H) of each class, of an estimator by discrete classes.
+    pub classes: Option<Vec<f64>>,
     /// Bearings used.
     pub bearings: usize,
     /// Semantic measurements used.

@@ -16,6 +16,11 @@ impl<'m> Graph<'m> {
         self.factors.push(Box::new(factor));
     }
 
+    /// Removes all factors but the first `kept`.
+    pub fn truncate(&mut self, kept: usize) {
+        self.factors.truncate(kept);
+    }
+
     /// The factors, in the order they were added.
     pub fn factors(&self) -> impl Iterator<Item = &(dyn Factor + 'm)> {
         self.factors.iter().map(|factor| &**factor)

@@ -18,7 +18,7 @@
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |
-//! | start values | [`initial`], [`mapping`], [`orientation`] |
+//! | start values | [`initial`], [`mapping`], [`orientation`], [`yaw`] |
 //! | J^T W J, latents and offsets eliminated inside their own object | [`linear`] |
 //! | argmax | [`solve`] |
 //! | marginal covariances | [`covariance`] |
@@ -52,12 +52,15 @@ pub mod settings;
 pub mod sighting;
 pub mod solve;
 pub mod variable;
+pub mod yaw;
 
 pub use estimate::{
     Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
     UnresolvedReason,
 };
-pub use estimator::{Estimator, Geometric, OdometryOnly, Semantic, Uninformative};
+pub use estimator::{
+    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Semantic, Uninformative,
+};
 pub use input::EstimateError;
 pub use settings::{
     AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,

@@ -37,6 +37,11 @@ pub enum Kernel {
 }
 
 impl Kernel {
+    /// The Student t of `nu` degrees of freedom, Gaussian where they are infinite.
+    pub fn of_degrees_of_freedom(nu: f64) -> Self {
+        if nu.is_finite() { Kernel::StudentT { degrees_of_freedom: nu } } else { Kernel::Gaussian }
+    }
+
     /// `rho(s)` of a residual of `dim` numbers, in nats up to a constant.
     pub fn loss(&self, s: f64, dim: usize) -> f64 {
         match *self {

@@ -17,9 +17,9 @@ const RECONSIDERATION: Limits = Limits { iterations: 3, tolerance: 1e-3 };
 /// Minima of the grid that are reconsidered, per mode that is refined.
 const RECONSIDERED: usize = 3;
 /// Enough to tell modes apart; the joint problem does the rest.
-const REFINEMENT: Limits = Limits { iterations: 10, tolerance: 1e-4 };
+pub(crate) const REFINEMENT: Limits = Limits { iterations: 10, tolerance: 1e-4 };
 /// Modes nearer than this many grid steps are one.
-const DISTINCT_STEPS: f64 = 2.0;
+pub(crate) const DISTINCT_STEPS: f64 = 2.0;
 
 /// One mode of an object's orientation.
 #[derive(Clone, Debug)]
@@ -138,7 +138,7 @@ fn spread(views: &[SemanticView], most: usize) -> Vec<SemanticView> {
 
 /// The points of a circular grid that are lower than the one before and not higher than the one after, the
 /// lowest first.
-fn local_minima<T: Clone>(grid: &[Option<(f64, T)>]) -> Vec<T> {
+pub(crate) fn local_minima<T: Clone>(grid: &[Option<(f64, T)>]) -> Vec<T> {
     let cost = |index: usize| match &grid[index % grid.len()] {
         Some((cost, _)) => *cost,
         None => f64::INFINITY,

@@ -113,6 +113,7 @@ impl<'m> Posterior<'m> {
                 extents: extents(values, track),
                 orientation: margin.and_then(orientation),
                 latent: margin.and_then(latent),
+                classes: None,
                 bearings: of_track.len(),
                 semantic_views,
             });

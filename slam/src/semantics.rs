@@ -86,37 +86,9 @@ impl<'m> Semantics<'_, 'm> {
         sightings: &[Sighting],
         dropped: &mut Dropped,
     ) -> Result<Option<SemanticObject>, AnswerError> {
-        let position = values.get(Key::Object(track)).and_then(|value| value.position());
-        let size = self.problem.object_size(values, track, sightings);
-        let (Some(position), Some(size)) = (position, size) else {
-            dropped.undefined_viewpoint += sightings.len();
-            return Ok(None);
-        };
-        let upright = Pose::translation(position.x, position.y, position.z);
-        let mut views: Vec<SemanticView> = Vec::new();
-        for &sighting in sightings {
-            let viewpoint = self
-                .problem
-                .world_from_camera(values, sighting.step)
-                .and_then(|world_from_camera| Viewpoint::new(&upright.inv_mul(&world_from_camera), size));
-            let Some(viewpoint) = viewpoint else {
-                dropped.undefined_viewpoint += 1;
-                continue;
-            };
-            let separation = self.settings.minimum_view_separation;
-            // Only of the view before: the same direction again, a lap later, is what closes the loop.
-            let repeats =
-                |used: &SemanticView| angle(&used.viewpoint.direction, &viewpoint.direction) < separation;
-            if views.last().is_some_and(repeats) {
-                dropped.redundant_viewpoint += 1;
-                continue;
-            }
-            match self.measure(self.crop(&sighting), &viewpoint)? {
-                Some(measurement) => views.push(SemanticView { sighting, measurement, viewpoint }),
-                None => dropped.non_finite += 1,
-            }
-        }
-        Ok((!views.is_empty()).then_some(SemanticObject { track, size, views }))
+        let measure =
+            |sighting: &Sighting, viewpoint: &Viewpoint| self.measure(self.crop(sighting), viewpoint);
+        usable(&self.problem, &self.settings, values, (track, sightings), dropped, measure)
     }
 
     /// The crop of a sighting.
@@ -142,6 +114,47 @@ impl<'m> Semantics<'_, 'm> {
         expect_length("derivative to the latent (columns)", near.d_latent.ncols(), d)?;
         Ok(near.is_valid(m, d).then_some(measurement))
     }
+}
+
+/// The crops of an object, by its track and sightings, that can be used, as `measure` reads them; counts the others.
+pub(crate) fn usable(
+    problem: &Problem<'_>,
+    settings: &SemanticSettings,
+    values: &Values,
+    (track, sightings): (usize, &[Sighting]),
+    dropped: &mut Dropped,
+    measure: impl Fn(&Sighting, &Viewpoint) -> Result<Option<DVector<f64>>, AnswerError>,
+) -> Result<Option<SemanticObject>, AnswerError> {
+    let position = values.get(Key::Object(track)).and_then(|value| value.position());
+    let size = problem.object_size(values, track, sightings);
+    let (Some(position), Some(size)) = (position, size) else {
+        dropped.undefined_viewpoint += sightings.len();
+        return Ok(None);
+    };
+    let upright = Pose::translation(position.x, position.y, position.z);
+    let mut views: Vec<SemanticView> = Vec::new();
+    for &sighting in sightings {
+        let viewpoint = problem
+            .world_from_camera(values, sighting.step)
+            .and_then(|world_from_camera| Viewpoint::new(&upright.inv_mul(&world_from_camera), size));
+        let Some(viewpoint) = viewpoint else {
+            dropped.undefined_viewpoint += 1;
+            continue;
+        };
+        let separation = settings.minimum_view_separation;
+        // Only of the view before: the same direction again, a lap later, is what closes the loop.
+        let repeats =
+            |used: &SemanticView| angle(&used.viewpoint.direction, &viewpoint.direction) < separation;
+        if views.last().is_some_and(repeats) {
+            dropped.redundant_viewpoint += 1;
+            continue;
+        }
+        match measure(&sighting, &viewpoint)? {
+            Some(measurement) => views.push(SemanticView { sighting, measurement, viewpoint }),
+            None => dropped.non_finite += 1,
+        }
+    }
+    Ok((!views.is_empty()).then_some(SemanticObject { track, size, views }))
 }
 
 /// A model's answer, or `None` where it says that it is not finite.

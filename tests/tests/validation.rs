@@ -53,3 +53,29 @@ fn what_gives_no_trajectory_is_refused_with_a_remedy() {
     }
     on(&scene, "calibrate", &["1", "--model", "nowhere"]).expect(2, &["nowhere", "--model"]);
 }
+
+const RIVALS: &str = "estimator: { rows: [geometric, gaussian_process, azimuth_head, discrete_class] }";
+
+#[test]
+fn rivals_run_and_are_calibrated_where_a_scene_names_them() {
+    let scene = SmallScene::new(&[("estimator: {}", RIVALS)]);
+    let ran = scene.run();
+    ran.expect(0, &[]);
+    let names = ["gaussian_process", "azimuth_head", "discrete_class"];
+    assert!(names.iter().all(|name| ran.stdout.contains(name)), "{}", ran.stdout);
+    let told = on(&scene, "calibrate", &["2"]);
+    told.expect(0, &[]);
+    let rows = rows(&told.stdout);
+    for name in names {
+        let of_row: Vec<_> = rows.iter().filter(|row| row[0].starts_with(name)).collect();
+        assert_eq!(of_row.len(), 5, "{name}: {rows:?}");
+        assert!(of_row[0][1] != of_row[4][1], "the scale changes nothing: {of_row:?}");
+    }
+}
+
+#[test]
+fn too_few_views_for_read_outs_are_refused_with_a_remedy() {
+    let few = ("validation_instances: 32", "validation_instances: 1");
+    let scene = SmallScene::new(&[("estimator: {}", RIVALS), few]);
+    scene.run().expect(2, &["8 validation views are too few", "views.validation_instances"]);
+}

@@ -50,6 +50,9 @@ struct Inputs<'a> {
     code: &'static str,
     episode: &'a str,
     model: &'a str,
+    /// What identifies the views that the read-outs are fitted on, where the row reads one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    readouts: Option<&'a str>,
     /// With one row.
     spec: EstimatorSpec,
 }
@@ -119,6 +122,23 @@ impl From<&EstimatedObject> for StoredObject {
             margin: object.orientation.map(|orientation| orientation.margin).filter(|nats| nats.is_finite()),
             latent: object.latent.as_ref().map(|e| [&e.mean, &e.variance].map(|v| v.as_slice().to_vec())),
         }
+    }
+}
+
+impl StoredObject {
+    /// Leaves the object's place alone: its frame is no other estimator's, nor the truth's.
+    fn forget_frame(&mut self) {
+        let Self {
+            position: _,
+            position_covariance: _,
+            extents,
+            rotation,
+            rotation_covariance,
+            margin,
+            latent,
+        } = self;
+        *extents = None;
+        (*rotation, *rotation_covariance, *margin, *latent) = (None, None, None, None);
     }
 }
 
@@ -201,7 +221,9 @@ fn answered(
 ) -> Result<Answer, StageError> {
     let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
-    let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, spec: of_row })?;
+    let fitted_on = method.model.readouts.as_ref().map(|(_, seal)| seal.as_str());
+    let readouts = fitted_on.filter(|_| method.row.reads_out());
+    let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, readouts, spec: of_row })?;
     cache.json(&key, FILE, || {
         let observations = match observations.get() {
             Some(observations) => observations,
@@ -223,9 +245,15 @@ fn answer(
     method: &Method<'_>,
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
-    let estimator = method.row.estimator(&spec.settings(), method.model.viewing());
+    let estimator = method.row.estimator(&spec.settings(), method.model.reader());
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
-        Ok(Ok(estimate)) => Ok(Answer::new(estimate)),
+        Ok(Ok(estimate)) => {
+            let mut answer = Answer::new(estimate);
+            if method.row.frames_are_free() {
+                answer.objects.iter_mut().flatten().for_each(StoredObject::forget_frame);
+            }
+            Ok(answer)
+        }
         Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(error.to_string())),
         Ok(Err(error)) => Err(error.into()),
         Err(_) => Ok(Answer::failed(PANICKED.to_owned())),
@@ -235,6 +263,23 @@ fn answer(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_an_object_in_a_free_frame_its_place_is_left() {
+        let mut object = StoredObject {
+            position: Point3::new(0.1, 0.2, 0.3),
+            position_covariance: Some(Matrix3::identity()),
+            extents: Some(Vector3::repeat(0.1)),
+            rotation: Some(UnitQuaternion::identity()),
+            rotation_covariance: Some(Matrix3::identity()),
+            margin: Some(2.0),
+            latent: Some([vec![0.1], vec![0.2]]),
+        };
+        object.forget_frame();
+        assert!(object.position_covariance.is_some() && object.position.y == 0.2);
+        assert!(object.rotation.is_none() && object.rotation_covariance.is_none());
+        assert!(object.margin.is_none() && object.latent.is_none() && object.extents.is_none());
+    }
 
     #[test]
     fn answers_round_trip_to_the_bit() {

@@ -10,6 +10,7 @@ mod error;
 mod estimates;
 mod model;
 mod model_error;
+mod readouts;
 mod stage_cache;
 #[cfg(feature = "train")]
 mod study;

@@ -1,8 +1,10 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
+use super::readouts::readouts;
 #[cfg(feature = "train")]
 use super::training::trained;
 use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
+use crate::scene_file::row::Reader;
 use crate::scene_file::row_name::{folder_name, kind_name, reserved_names};
 use crate::scene_file::{self, SceneFile};
 use crate::supplied;
@@ -10,6 +12,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::StoreError;
 use vantage_dataset::{InstanceId, ViewSet};
+use vantage_learn::readout::Readouts;
 use vantage_learn::{Kind, MANIFEST, Model, Role, Viewing};
 
 /// A model ready for the estimator.
@@ -20,12 +23,19 @@ pub struct LoadedModel {
     pub name: String,
     /// Its folder.
     pub folder: PathBuf,
+    /// Its read-outs, where a row of the scene reads one, and what identifies the views that they are fitted on.
+    pub readouts: Option<(Readouts, String)>,
 }
 
 impl LoadedModel {
     /// The model as the estimator takes it.
     pub fn viewing(&self) -> &dyn Viewing {
         self.model.viewing().expect("`load` refuses other models")
+    }
+
+    /// What rows read crops by.
+    pub fn reader(&self) -> Reader<'_> {
+        Reader { model: self.viewing(), readouts: self.readouts.as_ref().map(|(readouts, _)| readouts) }
     }
 
     /// Refuses to score instances that the model has seen.
@@ -178,7 +188,9 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
             format!("has no graph {jacobian}: derivatives are by central differences, many times slower");
         note(pipeline, folder, &what);
     }
-    Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned() })
+    let is_read = pipeline.file.estimator.rows.iter().any(|row| row.reads_out());
+    let readouts = if is_read { Some(readouts(pipeline, &model)?) } else { None };
+    Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned(), readouts })
 }
 
 /// A model of any kind, with a note where its views were others than the scene's.

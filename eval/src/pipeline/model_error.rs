@@ -61,6 +61,20 @@ pub enum ModelRefusal {
         /// Its name.
         scene: String,
     },
+    /// A row needs read-outs, and there are too few views to fit them on.
+    #[error(
+        "scene {scene}: {views} validation views are too few to fit the read-outs of rows azimuth_head and discrete_class on; raise \
+         views.validation_instances, or leave the rows out"
+    )]
+    NoReadouts {
+        /// Its name.
+        scene: String,
+        /// Validation views.
+        views: usize,
+    },
+    /// A model that fails on a view that read-outs are fitted on.
+    #[error("read-outs: {0}")]
+    Answer(#[source] vantage_model::AnswerError),
     /// A model whose folder gives its row no name.
     #[error(
         "--model {}: the folder's name is that of the model's row, which takes letters, digits, '-', '_' and '.' alone; rename \

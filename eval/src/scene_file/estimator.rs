@@ -17,7 +17,7 @@ use vantage_slam::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all.
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head` and `discrete_class`.
     #[garde(length(min = 1))]
     pub rows: Vec<Row>,
     /// Most iterations of Levenberg-Marquardt a problem gets. Default: 100.
@@ -137,7 +137,7 @@ impl Default for EstimatorSpec {
     fn default() -> Self {
         let Settings { solver, odometry, geometry, semantics, orientation } = Settings::default();
         Self {
-            rows: Row::ALL.to_vec(),
+            rows: Row::DEFAULT.to_vec(),
             max_iterations: solver.max_iterations,
             tolerance: solver.tolerance,
             covariances: solver.covariances,

@@ -3,10 +3,33 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use vantage_learn::gaussian_process::GaussianProcess;
+use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
 use vantage_model::ObservationModel;
-use vantage_slam::{Estimator, Geometric, OdometryOnly, Semantic, Settings, Uninformative};
+use vantage_slam::{
+    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Semantic,
+    SemanticSettings, Settings, Uninformative,
+};
 
-/// Declares [`Row`]: what each is, and what makes its estimator of the settings and a model.
+/// How much a crop tells the Gaussian process, by what it tells a model: the best on validation objects of `sparse_loop`.
+const GAUSSIAN_PROCESS_INFORMATION: f64 = 0.5;
+
+/// What rows read crops by.
+#[derive(Clone, Copy)]
+pub struct Reader<'m> {
+    /// The model.
+    pub model: &'m dyn ObservationModel,
+    /// Its read-outs, which are there where a row [reads one](Row::reads_out).
+    pub readouts: Option<&'m Readouts>,
+}
+
+impl<'m> Reader<'m> {
+    fn readouts(&self) -> &'m Readouts {
+        self.readouts.expect("they are fitted where a row reads one")
+    }
+}
+
+/// Declares [`Row`]: what each is, and what makes its estimator of the settings and a reader.
 macro_rules! rows {
     ($($(#[$what:meta])* $row:ident => $make:expr;)*) => {
         /// A row of the score table: which factors the estimator uses.
@@ -24,10 +47,10 @@ macro_rules! rows {
             pub fn estimator<'m>(
                 self,
                 settings: &Settings,
-                model: &'m dyn ObservationModel,
+                reader: Reader<'m>,
             ) -> Box<dyn Estimator + 'm> {
                 match self {
-                    $(Row::$row => Box::new($make(settings, model)),)*
+                    $(Row::$row => Box::new($make(settings, reader)),)*
                 }
             }
         }
@@ -40,13 +63,44 @@ rows! {
     /// Odometry and bearings to object centres.
     Geometric => |settings, _| Geometric::new(settings);
     /// Geometric, with the viewpoint-dependent semantic factors of III-A.
-    ViewpointDependent => Semantic::new;
+    ViewpointDependent => |settings, reader: Reader<'m>| Semantic::new(settings, reader.model);
     /// The variables and factors of `viewpoint_dependent`, its semantic factors with zero information: a
     /// control that must equal `geometric`.
-    Uninformative => Uninformative::new;
+    Uninformative => |settings, reader: Reader<'m>| Uninformative::new(settings, reader.model);
+    /// Geometric, with an untrained Gaussian process per object over the azimuth in place of a model; runs where a scene
+    /// names it.
+    GaussianProcess => |settings: &Settings, _| {
+        // Its prior is the same for every yaw: the first one tried is the object's frame.
+        let orientation = OrientationSettings { yaw_candidates: 1, ..settings.orientation };
+        let information_scale = settings.semantics.information_scale * GAUSSIAN_PROCESS_INFORMATION;
+        let semantics = SemanticSettings { information_scale, ..settings.semantics };
+        Semantic::new(&Settings { orientation, semantics, ..*settings }, GaussianProcess::fitted())
+    };
+    /// Geometric, with the azimuth that a read-out of the model's measurement tells of each crop, without a latent; runs where a
+    /// scene names it.
+    AzimuthHead => |settings, reader: Reader<'m>| {
+        AzimuthHead::new(settings, AzimuthReadout::new(reader.model, &reader.readouts().azimuth))
+    };
+    /// Geometric, with the semantic factors of Eq. 8: a discrete class in place of the latent; runs where a scene names it.
+    DiscreteClass => |settings, reader: Reader<'m>| {
+        DiscreteClass::new(settings, ClassReadout::new(reader.model, &reader.readouts().classes))
+    };
 }
 
 impl Row {
+    /// The rows of a scene that names none.
+    pub const DEFAULT: &[Row] = &[Row::Odometry, Row::Geometric, Row::ViewpointDependent, Row::Uninformative];
+
+    /// Whether the frames of its objects are its own, so that neither orientations nor latents are to be scored.
+    pub fn frames_are_free(self) -> bool {
+        self == Row::GaussianProcess
+    }
+
+    /// Whether it reads a model's measurement by a read-out that is fitted on labelled views.
+    pub fn reads_out(self) -> bool {
+        matches!(self, Row::AzimuthHead | Row::DiscreteClass)
+    }
+
     /// Whether there is one for each model, by whose name it is printed.
     pub fn is_of_model(self) -> bool {
         self == Row::ViewpointDependent

@@ -2,11 +2,16 @@
 //!
 //! A new one is a file here.
 
+mod azimuth_head;
+mod discrete_class;
 mod geometric;
+mod hypotheses;
 mod odometry;
 mod semantic;
 mod uninformative;
 
+pub use azimuth_head::AzimuthHead;
+pub use discrete_class::DiscreteClass;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;
 pub use semantic::Semantic;

@@ -1,9 +1,11 @@
 //! The factors of the posterior: whitened residuals with exact Jacobians.
 
+pub mod azimuth;
 pub mod bearing;
 pub mod between;
 pub mod biased_between;
 pub mod box_edges;
+pub mod class;
 pub mod depth;
 pub mod offset_bearing;
 pub mod prior;
@@ -15,10 +17,12 @@ use crate::noise::Kernel;
 use crate::variable::{Key, Values};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
+pub use azimuth::AzimuthFactor;
 pub use bearing::BearingFactor;
 pub use between::BetweenFactor;
 pub use biased_between::BiasedBetweenFactor;
 pub use box_edges::BoxEdgesFactor;
+pub use class::ClassFactor;
 pub use depth::DepthFactor;
 pub use offset_bearing::OffsetBearingFactor;
 pub use prior::{ExtentsPrior, PosePrior, StandardNormalPrior};

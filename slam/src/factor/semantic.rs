@@ -86,12 +86,7 @@ impl Factor for SemanticFactor<'_> {
 
     /// A Student-t over the whole vector: a crop is an outlier as a whole.
     fn kernel(&self) -> Kernel {
-        let degrees_of_freedom = self.model.noise().degrees_of_freedom();
-        if degrees_of_freedom.is_finite() {
-            Kernel::StudentT { degrees_of_freedom }
-        } else {
-            Kernel::Gaussian
-        }
+        Kernel::of_degrees_of_freedom(self.model.noise().degrees_of_freedom())
     }
 
     fn information_scale(&self) -> f64 {

@@ -1,15 +1,17 @@
 //! Every factor's derivatives against central differences, at residuals far from zero.
 
 use crate::model::TanhModel;
+use crate::sensors::LinearClasses;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
 use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Odometry, Pose, Seed, Stream, Tangent, se3};
-use vantage_model::ObservationModel;
+use vantage_model::{AzimuthReading, ObservationModel};
 use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
-    BearingFactor, BetweenFactor, BiasedBetweenFactor, BoxEdgesFactor, DepthFactor, ExtentsPrior, Factor,
-    OffsetBearingFactor, PosePrior, ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
+    AzimuthFactor, BearingFactor, BetweenFactor, BiasedBetweenFactor, BoxEdgesFactor, ClassFactor,
+    DepthFactor, ExtentsPrior, Factor, OffsetBearingFactor, PosePrior, ProjectionFactor, SemanticFactor,
+    StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::odometry_bias::OdometryBias;
@@ -314,4 +316,32 @@ fn a_bias_explains_the_error_that_it_makes() {
     let factor = BiasedBetweenFactor::new(keys.0, keys.1, measured, Matrix6::identity(), &response);
     let unexplained = se3::log(&measured.inv_mul(&motion)).norm();
     assert!(unexplained > 0.05 && factor.residual(&values).unwrap().norm() < 0.2 * unexplained);
+}
+
+#[test]
+fn azimuth_and_class() {
+    let mut stream = Seed(6).stream("azimuth", 0);
+    let model = LinearClasses::new(3, 5, 0.2, Seed(6));
+    let mut tested = 0;
+    while tested < 20 {
+        let mut values = Values::default();
+        let robot = se3::exp(&random_tangent(&mut stream, 0.5, 1.0));
+        let mount = se3::exp(&random_tangent(&mut stream, 0.5, 0.2));
+        let ahead = robot * mount * Pose::translation(stream.normal() * 0.3, stream.normal() * 0.3, 2.0);
+        values.insert(Key::Robot(0), Value::Pose(robot));
+        values.insert(Key::Object(0), Value::Pose(ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.1))));
+        let keys = [Key::Robot(0), Key::Object(0)];
+        let measurement = DVector::from_fn(5, |_, _| stream.normal());
+        let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
+        let of_class = ClassFactor::new(keys, (&model, tested % 3), measurement, mount, 0.4, scaling);
+        if of_class.residual(&values).is_none() {
+            continue;
+        }
+        assert!(check(&of_class, &values) > 1.0);
+        let reading = AzimuthReading { azimuth: stream.uniform(-3.0, 3.0), sigma: 0.2 };
+        let of_azimuth = AzimuthFactor::new(keys, reading, mount, 4.0, 0.7);
+        let residual = check(&of_azimuth, &values);
+        assert!(residual > 1e-3 && residual <= std::f64::consts::PI / 0.2);
+        tested += 1;
+    }
 }

@@ -14,6 +14,7 @@ mod model;
 mod recovery;
 mod repeatable;
 mod semantic;
+mod sensors;
 mod shared;
 mod stalled;
 mod underconstrained;

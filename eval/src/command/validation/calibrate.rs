@@ -5,12 +5,15 @@
 //! the median of the object's size over the box side at the object's distance. Then the fit by maximum marginal likelihood of
 //! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`, and what each makes of `geometric`.
 //!
-//! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`.
+//! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
+//! its place. Likewise of the rows beside a model's that the scene names: `gaussian_process`, whose hyper-parameters of most marginal
+//! likelihood are told, `azimuth_head` and `discrete_class`.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
 
 use super::boxes::Boxes;
+use super::hyperparameters::hyperparameters;
 use super::offset_fit::OffsetFit;
 use super::{Trial, columns, estimated, evidence, open, print, trials};
 use crate::command::cli::CalibrateArgs;
@@ -19,6 +22,7 @@ use crate::exit::Exit;
 use crate::pipeline::{chosen_model, model};
 use crate::result::metric::Metric;
 use crate::result::statistics::{Mean, quantile};
+use crate::scene_file::row::Row;
 use crate::score::consistency::{ObjectGaussian, object_scores, pose_scores};
 use crate::score::pairs::{Pairs, PairsError};
 use nalgebra::Point3;
@@ -60,6 +64,8 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for fit in &fits {
         writeln!(stdout, "{fit}")?;
     }
+    let (fitted, likelihood) = hyperparameters(&trials);
+    writeln!(stdout, "gaussian process, log marginal likelihood {likelihood:.0}: {fitted:#.4?}\n")?;
     let mut rows = vec![row("odometry", &of(&OdometryOnly::new(&settings))?)?, row("geometric", &geometric)?];
     for (name, fit) in ["noise fitted", "offset fitted"].iter().zip(&fits) {
         let geometry =
@@ -72,6 +78,14 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for scale in SCALES {
         settings.semantics.information_scale = scale;
         rows.push(row(&scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?)?);
+    }
+    let rivals = pipeline.file.estimator.rows.iter().filter(|row| !Row::DEFAULT.contains(row));
+    for &rival in rivals {
+        for scale in SCALES {
+            settings.semantics.information_scale = scale;
+            let answers = of(&*rival.estimator(&settings, loaded.reader()))?;
+            rows.push(row(&format!("{rival} {scale}"), &answers)?);
+        }
     }
     settings.semantics =
         SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..settings.semantics };

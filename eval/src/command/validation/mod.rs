@@ -5,6 +5,7 @@ mod calibrate;
 pub mod error;
 mod evidence;
 mod headroom;
+mod hyperparameters;
 mod offset_fit;
 
 pub use calibrate::calibrate;
