@@ -11,8 +11,21 @@ use vantage_slam::{
     SemanticSettings, Settings, Uninformative,
 };
 
-/// How much a crop tells the Gaussian process, by what it tells a model: the best on validation objects of `sparse_loop`.
-const GAUSSIAN_PROCESS_INFORMATION: f64 = 0.5;
+/// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
+const GAUSSIAN_PROCESS_INFORMATION: f64 = 0.25;
+/// Thinning of the rivals' views, radians, under which their information was chosen: they have no discrepancy of their own.
+const RIVAL_SEPARATION: f64 = 0.1;
+
+/// Settings of a rival whose crops count for this share.
+fn rival(settings: &Settings, information: f64) -> Settings {
+    let semantics = SemanticSettings {
+        information_scale: settings.semantics.information_scale * information,
+        minimum_view_separation: RIVAL_SEPARATION,
+        azimuth_discrepancy: None,
+        ..settings.semantics
+    };
+    Settings { semantics, ..*settings }
+}
 
 /// What rows read crops by.
 #[derive(Clone, Copy)]
@@ -72,18 +85,17 @@ rows! {
     GaussianProcess => |settings: &Settings, _| {
         // Its prior is the same for every yaw: the first one tried is the object's frame.
         let orientation = OrientationSettings { yaw_candidates: 1, ..settings.orientation };
-        let information_scale = settings.semantics.information_scale * GAUSSIAN_PROCESS_INFORMATION;
-        let semantics = SemanticSettings { information_scale, ..settings.semantics };
-        Semantic::new(&Settings { orientation, semantics, ..*settings }, GaussianProcess::fitted())
+        let rival = rival(settings, GAUSSIAN_PROCESS_INFORMATION);
+        Semantic::new(&Settings { orientation, ..rival }, GaussianProcess::fitted())
     };
     /// Geometric, with the azimuth that a read-out of the model's measurement tells of each crop, without a latent; runs where a
     /// scene names it.
     AzimuthHead => |settings, reader: Reader<'m>| {
-        AzimuthHead::new(settings, AzimuthReadout::new(reader.model, &reader.readouts().azimuth))
+        AzimuthHead::new(&rival(settings, 1.0), AzimuthReadout::new(reader.model, &reader.readouts().azimuth))
     };
     /// Geometric, with the semantic factors of Eq. 8: a discrete class in place of the latent; runs where a scene names it.
     DiscreteClass => |settings, reader: Reader<'m>| {
-        DiscreteClass::new(settings, ClassReadout::new(reader.model, &reader.readouts().classes))
+        DiscreteClass::new(&rival(settings, 1.0), ClassReadout::new(reader.model, &reader.readouts().classes))
     };
 }
 
