@@ -46,6 +46,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
 
     let mut settings = pipeline.file.estimator.settings();
     settings.solver.covariances = true;
+    settings.semantics.azimuth_discrepancy = None;
     let of = |estimator: &dyn Estimator| {
         estimated(&pipeline, &trials, |trial| estimator.estimate(&trial.observations))
     };

@@ -26,8 +26,12 @@ pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, 
     let trials = trials(&pipeline, args)?;
     // Its noise is independent and known: every view counts, and counts in full.
     let told = pipeline.file.estimator.settings();
-    let semantics =
-        SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..told.semantics };
+    let semantics = SemanticSettings {
+        information_scale: 1.0,
+        minimum_view_separation: 0.0,
+        azimuth_discrepancy: None,
+        ..told.semantics
+    };
     let settings = Settings { semantics, ..told };
     let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
     let geometric = Geometric::new(&settings);
