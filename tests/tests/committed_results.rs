@@ -104,7 +104,7 @@ fn results_of_studies_are_of_the_studies_as_they_are() {
 fn scenes_that_serve_studies_alone_are_scenes() {
     let views = files("studies/views");
     views.iter().for_each(|path| drop(scene(path)));
-    assert_eq!(views.len(), 4);
+    assert_eq!(views.len(), 6);
 }
 
 #[test]
