@@ -26,6 +26,11 @@ impl<'m> Graph<'m> {
         self.factors.iter().map(|factor| &**factor)
     }
 
+    /// The factors, in the order they were added, each on its own.
+    pub fn into_factors(self) -> impl Iterator<Item = Box<dyn Factor + 'm>> {
+        self.factors.into_iter()
+    }
+
     /// The negative log-posterior up to a constant, nats; `None` where any factor is undefined.
     pub fn cost(&self, values: &Values) -> Option<f64> {
         self.factors().map(|factor| factor.cost(values)).sum()

@@ -37,6 +37,7 @@ pub mod estimator;
 pub mod extents;
 pub mod factor;
 pub mod graph;
+pub mod incremental;
 pub mod initial;
 pub mod input;
 pub mod linear;

@@ -93,6 +93,11 @@ impl Values {
         self.0.insert(key, value);
     }
 
+    /// Forgets a variable.
+    pub fn remove(&mut self, key: Key) {
+        self.0.remove(&key);
+    }
+
     /// A variable's value.
     pub fn get(&self, key: Key) -> Option<&Value> {
         self.0.get(&key)

@@ -6,6 +6,7 @@ mod consistency;
 mod depth;
 mod extents;
 mod hypotheses;
+mod incremental;
 mod input;
 mod jacobians;
 mod landmarks;

@@ -1,0 +1,13 @@
+//! The posterior's maximum and marginals after every step, from what the step changed.
+
+mod chart;
+mod front;
+mod object;
+mod order;
+mod smoother;
+mod term;
+mod tree;
+
+pub use smoother::{Smoother, Thresholds, Update};
+pub use term::Term;
+pub use tree::{Indefinite, Place, Tree};

@@ -1,0 +1,465 @@
+//! A least-squares problem that grows: its elimination tree, of which a change renews only the path to the root.
+//!
+//! Variables of an object are eliminated first, in a leaf of their own. Of the others, the renewed ones are ordered afresh, those that the
+//! change touches last: they are what the next change touches too (Kaess et al., iSAM2, IJRR 2012, with fronts in place of cliques).
+
+use super::front::Front;
+use super::object::ObjectEquations;
+use super::order::Meetings;
+use super::term::Term;
+use faer::Mat;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Damping, relative to the diagonal, tried in turn where a front is not positive definite: what is free then stays near where it is.
+const LEAST_DAMPING: f64 = 1e-12;
+const MOST_DAMPING: f64 = 1e-3;
+
+/// Which variables are eliminated together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Inside the object of this number, before all others.
+    Object(usize),
+    /// By the order that makes least fill.
+    Chain,
+    /// After all others: what many terms share.
+    Shared,
+}
+
+/// The equations are not positive definite near a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Indefinite {
+    /// The variable.
+    pub variable: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Variable {
+    dim: usize,
+    /// First number in the solution.
+    start: usize,
+    place: Place,
+    /// Where it is eliminated.
+    node: Option<usize>,
+    terms: BTreeSet<usize>,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    eliminated: Vec<usize>,
+    separator: Vec<usize>,
+    front: Front,
+    parent: Option<usize>,
+    children: BTreeSet<usize>,
+    /// The separator's numbers that the eliminated ones were solved for; none yet where empty and the separator is not.
+    solved_for: Option<Vec<f64>>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Object {
+    variables: Vec<usize>,
+    /// Sums of its terms; to be made anew where absent.
+    equations: Option<ObjectEquations>,
+}
+
+/// The problem, its factorisation and its solution.
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    variables: Vec<Variable>,
+    terms: BTreeMap<usize, Term>,
+    next_term: usize,
+    objects: BTreeMap<usize, Object>,
+    nodes: BTreeMap<usize, Node>,
+    next_node: usize,
+    /// Nodes to be renewed, with all above them.
+    stale: BTreeSet<usize>,
+    /// Variables whose terms changed.
+    touched: BTreeSet<usize>,
+    solution: Vec<f64>,
+}
+
+impl Tree {
+    /// Adds a variable of `dim` numbers, 0 at first.
+    pub fn add_variable(&mut self, dim: usize, place: Place) -> usize {
+        let variable = self.variables.len();
+        let start = self.solution.len();
+        self.solution.extend(std::iter::repeat_n(0.0, dim));
+        self.variables.push(Variable { dim, start, place, node: None, terms: BTreeSet::new() });
+        self.touch(variable);
+        if let Place::Object(object) = place {
+            let object = self.objects.entry(object).or_default();
+            object.variables.push(variable);
+            object.equations = None;
+        }
+        variable
+    }
+
+    /// Removes all variables of an object, with their terms, which are returned.
+    pub fn remove_object(&mut self, object: usize) -> Vec<usize> {
+        let Some(Object { variables, .. }) = self.objects.remove(&object) else { return Vec::new() };
+        let terms: BTreeSet<usize> =
+            variables.iter().flat_map(|&variable| self.variables[variable].terms.iter().copied()).collect();
+        for &term in &terms {
+            self.remove_term(term);
+        }
+        for variable in variables {
+            self.touched.remove(&variable);
+            if let Some(node) = self.variables[variable].node.take() {
+                self.mark(node);
+            }
+        }
+        terms.into_iter().collect()
+    }
+
+    /// Adds a term over variables of at most one object.
+    pub fn add_term(&mut self, term: Term) -> usize {
+        let index = self.next_term;
+        self.next_term += 1;
+        self.put(index, term);
+        index
+    }
+
+    /// Puts another in the place of a term, over the same variables.
+    pub fn replace_term(&mut self, index: usize, term: Term) {
+        if let Some(object) = self.terms.get(&index).and_then(|term| self.object_of(term)) {
+            self.objects.entry(object).or_default().equations = None;
+        }
+        self.terms.remove(&index);
+        self.put(index, term);
+    }
+
+    fn put(&mut self, index: usize, term: Term) {
+        for &variable in &term.variables {
+            self.touch(variable);
+            self.variables[variable].terms.insert(index);
+        }
+        if let Some(equations) =
+            self.object_of(&term).and_then(|object| self.objects.get_mut(&object)?.equations.as_mut())
+        {
+            equations.add(&term);
+        }
+        self.terms.insert(index, term);
+    }
+
+    fn remove_term(&mut self, index: usize) {
+        let Some(term) = self.terms.remove(&index) else { return };
+        for &variable in &term.variables {
+            self.touch(variable);
+            self.variables[variable].terms.remove(&index);
+        }
+    }
+
+    /// A term.
+    pub fn term(&self, index: usize) -> Option<&Term> {
+        self.terms.get(&index)
+    }
+
+    /// The terms of a variable.
+    pub fn terms_of(&self, variable: usize) -> impl Iterator<Item = usize> {
+        self.variables[variable].terms.iter().copied()
+    }
+
+    /// The numbers of a variable.
+    pub fn solution(&self, variable: usize) -> &[f64] {
+        let Variable { dim, start, .. } = self.variables[variable];
+        &self.solution[start..start + dim]
+    }
+
+    /// Sets the numbers of a variable; its terms are to be replaced.
+    pub fn set_solution(&mut self, variable: usize, numbers: &[f64]) {
+        let Variable { dim, start, .. } = self.variables[variable];
+        self.solution[start..start + dim].copy_from_slice(numbers);
+    }
+
+    /// Numbers in all fronts: what the factorisation holds in memory.
+    pub fn entries(&self) -> usize {
+        self.nodes.values().map(|node| node.front.gradient.len().pow(2)).sum()
+    }
+
+    fn object_of(&self, term: &Term) -> Option<usize> {
+        term.variables.iter().find_map(|&variable| match self.variables[variable].place {
+            Place::Object(object) => Some(object),
+            _ => None,
+        })
+    }
+
+    fn touch(&mut self, variable: usize) {
+        self.touched.insert(variable);
+        if let Some(node) = self.variables[variable].node {
+            self.mark(node);
+        }
+    }
+
+    fn mark(&mut self, node: usize) {
+        let mut at = Some(node);
+        while let Some(node) = at {
+            if !self.stale.insert(node) {
+                break;
+            }
+            at = self.nodes[&node].parent;
+        }
+    }
+
+    /// Factorises what changed; all of it the next time, after an error.
+    pub fn factorize(&mut self) -> Result<(), Indefinite> {
+        let renewed = self.renew();
+        if renewed.is_err() {
+            self.nodes.clear();
+            self.stale.clear();
+            for variable in 0..self.variables.len() {
+                self.variables[variable].node = None;
+                if self.is_alive(variable) {
+                    self.touched.insert(variable);
+                }
+            }
+        }
+        renewed
+    }
+
+    fn renew(&mut self) -> Result<(), Indefinite> {
+        let touched = std::mem::take(&mut self.touched);
+        let mut renewed: BTreeSet<usize> = touched.clone();
+        let mut below: BTreeSet<usize> = BTreeSet::new();
+        for node in std::mem::take(&mut self.stale) {
+            let Some(node) = self.nodes.remove(&node) else { continue };
+            for &variable in &node.eliminated {
+                self.variables[variable].node = None;
+            }
+            renewed.extend(node.eliminated.iter().copied().filter(|&variable| self.is_alive(variable)));
+            below.extend(node.children);
+        }
+        below.retain(|node| self.nodes.contains_key(node));
+
+        let mut objects = BTreeSet::new();
+        let mut chain: Vec<usize> = Vec::new();
+        for &variable in &renewed {
+            match self.variables[variable].place {
+                Place::Object(object) => {
+                    objects.insert(object);
+                }
+                _ => chain.push(variable),
+            }
+        }
+        let mut recent: BTreeSet<usize> = touched;
+        for object in objects {
+            let node = self.eliminate_object(object)?;
+            recent.extend(&self.nodes[&node].separator);
+            below.insert(node);
+        }
+        self.eliminate_chain(&chain, &recent, &below)
+    }
+
+    /// Whether a variable was not removed with its object.
+    fn is_alive(&self, variable: usize) -> bool {
+        match self.variables[variable].place {
+            Place::Object(object) => self.objects.contains_key(&object),
+            _ => true,
+        }
+    }
+
+    fn eliminate_object(&mut self, object: usize) -> Result<usize, Indefinite> {
+        let Some(Object { variables, equations }) = self.objects.get_mut(&object) else {
+            unreachable!("a variable's object is there")
+        };
+        let equations = match equations {
+            Some(equations) => equations,
+            None => {
+                let own: Vec<(usize, usize)> =
+                    variables.iter().map(|&variable| (variable, self.variables[variable].dim)).collect();
+                let terms: BTreeSet<usize> = variables
+                    .iter()
+                    .flat_map(|&variable| self.variables[variable].terms.iter().copied())
+                    .collect();
+                let mut made = ObjectEquations::new(&own);
+                terms.iter().for_each(|term| made.add(&self.terms[term]));
+                equations.insert(made)
+            }
+        };
+        let front = equations.front();
+        let (eliminated, separator) = (equations.eliminated().to_vec(), equations.separator().to_vec());
+        self.add_node(eliminated, separator, front)
+    }
+
+    /// Orders and eliminates variables that are not of objects, above the nodes that are left `below`.
+    fn eliminate_chain(
+        &mut self,
+        chain: &[usize],
+        recent: &BTreeSet<usize>,
+        below: &BTreeSet<usize>,
+    ) -> Result<(), Indefinite> {
+        let local: BTreeMap<usize, usize> =
+            chain.iter().enumerate().map(|(i, &variable)| (variable, i)).collect();
+        let mut meetings = Meetings::new(chain.len());
+        let mut own_terms = BTreeSet::new();
+        for &variable in chain {
+            for &term in &self.variables[variable].terms {
+                let places: Option<Vec<usize>> =
+                    self.terms[&term].variables.iter().map(|other| local.get(other).copied()).collect();
+                if let Some(places) = places.filter(|_| own_terms.insert(term)) {
+                    meetings.connect(&places);
+                }
+            }
+        }
+        for node in below {
+            let separator: Vec<usize> = self.nodes[node].separator.iter().map(|v| local[v]).collect();
+            meetings.connect(&separator);
+        }
+        let newest = chain.iter().copied().filter(|v| self.variables[*v].place == Place::Chain).max();
+        let rank: Vec<u8> = chain
+            .iter()
+            .map(|variable| match self.variables[*variable].place {
+                Place::Shared => 3,
+                _ if Some(*variable) == newest => 2,
+                _ => u8::from(recent.contains(variable)),
+            })
+            .collect();
+        let order = meetings.order(&rank);
+        let mut position = vec![0; chain.len()];
+        for (at, &variable) in order.iter().enumerate() {
+            position[variable] = at;
+        }
+        let first_of = |variables: &[usize]| -> Option<usize> {
+            variables.iter().map(|variable| local[variable]).min_by_key(|&variable| position[variable])
+        };
+        let mut terms_at: Vec<Vec<usize>> = vec![Vec::new(); chain.len()];
+        for &term in &own_terms {
+            if let Some(first) = first_of(&self.terms[&term].variables) {
+                terms_at[first].push(term);
+            }
+        }
+        let mut nodes_at: Vec<Vec<usize>> = vec![Vec::new(); chain.len()];
+        for &node in below {
+            if let Some(first) = first_of(&self.nodes[&node].separator) {
+                nodes_at[first].push(node);
+            }
+        }
+        let dims: Vec<usize> = chain.iter().map(|&variable| self.variables[variable].dim).collect();
+        let mut starts = vec![0; chain.len()];
+        for clique in meetings.cliques(&order, &dims) {
+            let mut n = 0;
+            for &variable in clique.eliminated.iter().chain(&clique.separator) {
+                starts[variable] = n;
+                n += dims[variable];
+            }
+            let own: usize = clique.eliminated.iter().map(|&variable| dims[variable]).sum();
+            let mut front = Front::new(own, n - own);
+            let mut children = Vec::new();
+            for &variable in &clique.eliminated {
+                for term in &terms_at[variable] {
+                    let term = &self.terms[term];
+                    let at: Vec<usize> = term.variables.iter().map(|other| starts[local[other]]).collect();
+                    front.add_term(term, &at);
+                }
+                for &node in &nodes_at[variable] {
+                    let child = &self.nodes[&node];
+                    let numbers = |other: &usize| {
+                        let other = local[other];
+                        starts[other]..starts[other] + dims[other]
+                    };
+                    let places: Vec<usize> = child.separator.iter().flat_map(numbers).collect();
+                    front.add_rest(&child.front, &places);
+                    children.push(node);
+                }
+            }
+            let named =
+                |variables: &[usize]| variables.iter().map(|&variable| chain[variable]).collect::<Vec<_>>();
+            let node = self.add_node(named(&clique.eliminated), named(&clique.separator), front)?;
+            for &child in &children {
+                if let Some(child) = self.nodes.get_mut(&child) {
+                    child.parent = Some(node);
+                }
+            }
+            if let Some(node) = self.nodes.get_mut(&node) {
+                node.children.extend(children);
+            }
+            if let Some(&first) = clique.separator.iter().min_by_key(|&&variable| position[variable]) {
+                nodes_at[first].push(node);
+            }
+        }
+        Ok(())
+    }
+
+    fn add_node(
+        &mut self,
+        eliminated: Vec<usize>,
+        separator: Vec<usize>,
+        mut front: Front,
+    ) -> Result<usize, Indefinite> {
+        let mut damping = LEAST_DAMPING;
+        while !front.eliminate() {
+            if damping > MOST_DAMPING {
+                return Err(Indefinite { variable: eliminated[0] });
+            }
+            front.damp(damping);
+            damping *= 100.0;
+        }
+        let index = self.next_node;
+        self.next_node += 1;
+        for &variable in &eliminated {
+            self.variables[variable].node = Some(index);
+        }
+        let children = BTreeSet::new();
+        self.nodes
+            .insert(index, Node { eliminated, separator, front, parent: None, children, solved_for: None });
+        Ok(index)
+    }
+
+    /// Solves for all variables that depend on what changed by more than `tolerance`; returns those that moved.
+    pub fn solve(&mut self, tolerance: f64) -> Vec<usize> {
+        let mut moved = Vec::new();
+        let mut waiting: Vec<usize> =
+            self.nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(index, _)| *index).collect();
+        while let Some(index) = waiting.pop() {
+            let Some(node) = self.nodes.get_mut(&index) else { continue };
+            let mut given = Vec::with_capacity(node.front.gradient.len() - node.front.eliminated);
+            for &variable in &node.separator {
+                let Variable { start, dim, .. } = self.variables[variable];
+                given.extend_from_slice(&self.solution[start..start + dim]);
+            }
+            let is_same = node.solved_for.as_ref().is_some_and(|before| {
+                before.iter().zip(&given).all(|(before, now)| (before - now).abs() <= tolerance)
+            });
+            if is_same {
+                continue;
+            }
+            let solved = node.front.solve(&given);
+            node.solved_for = Some(given);
+            let mut first = 0;
+            for &variable in &node.eliminated {
+                let Variable { start, dim, .. } = self.variables[variable];
+                self.solution[start..start + dim].copy_from_slice(&solved[first..first + dim]);
+                first += dim;
+                moved.push(variable);
+            }
+            waiting.extend(&node.children);
+        }
+        moved
+    }
+
+    /// The covariance of a variable, `[dim x dim]`: down the path from the root.
+    pub fn covariance(&self, variable: usize) -> Option<Mat<f64>> {
+        let mut path = vec![self.variables[variable].node?];
+        while let Some(parent) = path.last().and_then(|node| self.nodes.get(node)?.parent) {
+            path.push(parent);
+        }
+        let mut known: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut joint = Mat::<f64>::zeros(0, 0);
+        for index in path.iter().rev() {
+            let node = self.nodes.get(index)?;
+            let numbers = |variable: &usize| {
+                let start = known[variable];
+                start..start + self.variables[*variable].dim
+            };
+            let places: Vec<usize> = node.separator.iter().flat_map(numbers).collect();
+            let given = Mat::from_fn(places.len(), places.len(), |i, j| joint[(places[i], places[j])]);
+            joint = node.front.covariance(given.as_ref());
+            known.clear();
+            let mut start = 0;
+            for &variable in node.eliminated.iter().chain(&node.separator) {
+                known.insert(variable, start);
+                start += self.variables[variable].dim;
+            }
+        }
+        let (start, dim) = (known[&variable], self.variables[variable].dim);
+        Some(joint.submatrix(start, start, dim, dim).to_owned())
+    }
+}
