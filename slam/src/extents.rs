@@ -46,7 +46,7 @@ pub fn add_ellipsoid(
 }
 
 /// The factor of a box's edges. The middle of two edges is as sure as a bearing.
-fn edges(problem: &Problem<'_>, track: usize, sighting: &Sighting) -> BoxEdgesFactor {
+pub(crate) fn edges(problem: &Problem<'_>, track: usize, sighting: &Sighting) -> BoxEdgesFactor {
     BoxEdgesFactor::new(
         [Key::Robot(sighting.step), Key::Object(track), Key::Extents(track)],
         problem.observations.robot_from_camera,

@@ -45,6 +45,12 @@ pub enum EstimateError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// The posterior after a step is not a Gaussian: some of its equations are not numbers.
+    #[error("step {step}: the normal equations are not positive definite, expected finite observations of scales that a double tells apart")]
+    Indefinite {
+        /// The step.
+        step: usize,
+    },
     /// A detection is not usable.
     #[error("detection {index}: {problem}")]
     Detection {

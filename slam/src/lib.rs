@@ -23,6 +23,7 @@
 //! | argmax | [`solve`] |
 //! | marginal covariances | [`covariance`] |
 //! | the answer | [`posterior`], [`mod@estimate`] |
+//! | argmax and marginals after every step | [`online`], [`incremental`] |
 //! | what is refused, and settings | [`input`], [`settings`] |
 //!
 //! The world frame is that of the robot's first pose, whose z axis points up. Tangents are rotation first,
@@ -44,6 +45,7 @@ pub mod linear;
 pub mod mapping;
 pub mod noise;
 pub mod odometry_bias;
+pub mod online;
 pub mod orientation;
 pub mod posterior;
 pub mod problem;
@@ -63,6 +65,7 @@ pub use estimator::{
     AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Semantic, Uninformative,
 };
 pub use input::EstimateError;
+pub use online::{Online, StepObservations};
 pub use settings::{
     AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,
     SemanticSettings, Settings, SolverSettings,

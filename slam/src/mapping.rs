@@ -62,7 +62,8 @@ pub fn place_landmarks(
     unresolved
 }
 
-fn place_object(
+/// Where an object's sightings have it.
+pub(crate) fn place_object(
     problem: &Problem<'_>,
     values: &Values,
     track: usize,
@@ -98,7 +99,7 @@ fn at_depth(problem: &Problem<'_>, values: &Values, sightings: &[Sighting]) -> O
 }
 
 /// Where a landmark is; leaves in `sightings` those that have it in front of the camera.
-fn place_landmark(
+pub(crate) fn place_landmark(
     problem: &Problem<'_>,
     values: &Values,
     landmark: usize,

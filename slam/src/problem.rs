@@ -12,7 +12,7 @@ use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
 use nalgebra::{DVector, Matrix6};
 use vantage_dataset::median::median;
-use vantage_dataset::{LandmarkSighting, Observations, Pose};
+use vantage_dataset::{LandmarkSighting, Observations, Odometry, Pose};
 
 /// Information of the first pose's prior, which fixes the world frame: a millionth of a radian and metre.
 const GAUGE_SQRT_INFORMATION: f64 = 1e6;
@@ -25,25 +25,41 @@ pub fn add_odometry(
     settings: &OdometrySettings,
 ) {
     if observations.steps() > 0 {
-        let gauge = Matrix6::identity() * GAUGE_SQRT_INFORMATION;
-        graph.push(PosePrior::new(Key::Robot(0), Pose::identity(), gauge));
+        add_gauge(graph);
     }
     let mut odometry: Vec<_> = observations.odometry.iter().collect();
     odometry.sort_by_key(|o| (o.from, o.to));
+    add_bias(graph, values, settings);
+    for o in odometry {
+        add_motion(graph, o, settings);
+    }
+}
+
+/// What fixes the world frame: that of the first pose.
+pub fn add_gauge(graph: &mut Graph<'_>) {
+    let gauge = Matrix6::identity() * GAUGE_SQRT_INFORMATION;
+    graph.push(PosePrior::new(Key::Robot(0), Pose::identity(), gauge));
+}
+
+/// The prior of odometry's bias and its first value, where that is a variable.
+pub fn add_bias(graph: &mut Graph<'_>, values: &mut Values, settings: &OdometrySettings) {
     if settings.bias.is_some() {
         graph.push(StandardNormalPrior::new(Key::OdometryBias));
         values.insert(Key::OdometryBias, Value::Vector(DVector::zeros(OdometryBias::DIM)));
     }
-    for o in odometry {
-        let (from, to, measured) = (Key::Robot(o.from), Key::Robot(o.to), o.robot_from_robot);
-        let Some(information) = settings.sqrt_information(o) else { continue };
-        match settings.bias {
-            Some(bias) => {
-                let response = bias.response(o);
-                graph.push(BiasedBetweenFactor::new(from, to, measured, information, &response));
-            }
-            None => graph.push(BetweenFactor::new(from, to, measured, information)),
+}
+
+/// P(x_k | x_k-1, u_k-1) of one step.
+pub fn add_motion(graph: &mut Graph<'_>, odometry: &Odometry, settings: &OdometrySettings) {
+    let Odometry { from, to, robot_from_robot: measured, .. } = *odometry;
+    let (from, to) = (Key::Robot(from), Key::Robot(to));
+    let Some(information) = settings.sqrt_information(odometry) else { return };
+    match settings.bias {
+        Some(bias) => {
+            let response = bias.response(odometry);
+            graph.push(BiasedBetweenFactor::new(from, to, measured, information, &response));
         }
+        None => graph.push(BetweenFactor::new(from, to, measured, information)),
     }
 }
 
@@ -70,10 +86,15 @@ impl Problem<'_> {
     /// P(z^g | x_k, o_i) of Eq. 6 for one object: bearings, with the prior of their offset where that is a variable, and depths where
     /// the detector tells them.
     pub fn add_bearings(&self, graph: &mut Graph<'_>, track: usize, sightings: &[Sighting]) {
-        let offset = self.offset();
-        if offset.is_some() {
+        if self.offset().is_some() {
             graph.push(StandardNormalPrior::new(Key::Offset(track)));
         }
+        self.add_views(graph, track, sightings);
+    }
+
+    /// The bearings and depths of [`Problem::add_bearings`] without the prior: more of what has it.
+    pub fn add_views(&self, graph: &mut Graph<'_>, track: usize, sightings: &[Sighting]) {
+        let offset = self.offset();
         for sighting in sightings {
             let sigma = self.settings.bearing_noise.sigma(sighting.angular_size);
             let bearing = BearingFactor::new(

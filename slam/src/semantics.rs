@@ -91,6 +91,23 @@ impl<'m> Semantics<'_, 'm> {
         usable(&self.problem, &self.settings, values, (track, sightings), dropped, measure)
     }
 
+    /// One more crop of an object whose size is known, or `None` where it is not to be used, which is counted.
+    pub fn view(
+        &self,
+        values: &Values,
+        object: &SemanticObject,
+        sighting: &Sighting,
+        dropped: &mut Dropped,
+    ) -> Result<Option<SemanticView>, AnswerError> {
+        let position = values.get(Key::Object(object.track)).and_then(|value| value.position());
+        let last = object.views.last();
+        let measure =
+            |sighting: &Sighting, viewpoint: &Viewpoint| self.measure(self.crop(sighting), viewpoint);
+        let Some(position) = position else { return Ok(None) };
+        let upright = Pose::translation(position.x, position.y, position.z);
+        view(&self.problem, &self.settings, values, (upright, object.size), (sighting, last), dropped, measure)
+    }
+
     /// The crop of a sighting.
     pub fn crop(&self, sighting: &Sighting) -> &Crop {
         &self.problem.observations.detections[sighting.detection].masked_crop
@@ -133,28 +150,42 @@ pub(crate) fn usable(
     };
     let upright = Pose::translation(position.x, position.y, position.z);
     let mut views: Vec<SemanticView> = Vec::new();
-    for &sighting in sightings {
-        let viewpoint = problem
-            .world_from_camera(values, sighting.step)
-            .and_then(|world_from_camera| Viewpoint::new(&upright.inv_mul(&world_from_camera), size));
-        let Some(viewpoint) = viewpoint else {
-            dropped.undefined_viewpoint += 1;
-            continue;
-        };
-        let separation = settings.minimum_view_separation;
-        // Only of the view before: the same direction again, a lap later, is what closes the loop.
-        let repeats =
-            |used: &SemanticView| angle(&used.viewpoint.direction, &viewpoint.direction) < separation;
-        if views.last().is_some_and(repeats) {
-            dropped.redundant_viewpoint += 1;
-            continue;
-        }
-        match measure(&sighting, &viewpoint)? {
-            Some(measurement) => views.push(SemanticView { sighting, measurement, viewpoint }),
-            None => dropped.non_finite += 1,
+    for sighting in sightings {
+        let seen = (sighting, views.last());
+        if let Some(view) = view(problem, settings, values, (upright, size), seen, dropped, &measure)? {
+            views.push(view);
         }
     }
     Ok((!views.is_empty()).then_some(SemanticObject { track, size, views }))
+}
+
+/// A crop of an object that stands upright with a size, after the `last` one used.
+fn view(
+    problem: &Problem<'_>,
+    settings: &SemanticSettings,
+    values: &Values,
+    (upright, size): (Pose, f64),
+    (sighting, last): (&Sighting, Option<&SemanticView>),
+    dropped: &mut Dropped,
+    measure: impl Fn(&Sighting, &Viewpoint) -> Result<Option<DVector<f64>>, AnswerError>,
+) -> Result<Option<SemanticView>, AnswerError> {
+    let viewpoint = problem
+        .world_from_camera(values, sighting.step)
+        .and_then(|world_from_camera| Viewpoint::new(&upright.inv_mul(&world_from_camera), size));
+    let Some(viewpoint) = viewpoint else {
+        dropped.undefined_viewpoint += 1;
+        return Ok(None);
+    };
+    let separation = settings.minimum_view_separation;
+    // Only of the view before: the same direction again, a lap later, is what closes the loop.
+    let repeats = |used: &SemanticView| angle(&used.viewpoint.direction, &viewpoint.direction) < separation;
+    if last.is_some_and(repeats) {
+        dropped.redundant_viewpoint += 1;
+        return Ok(None);
+    }
+    let measurement = measure(sighting, &viewpoint)?;
+    dropped.non_finite += usize::from(measurement.is_none());
+    Ok(measurement.map(|measurement| SemanticView { sighting: *sighting, measurement, viewpoint }))
 }
 
 /// A model's answer, or `None` where it says that it is not finite.

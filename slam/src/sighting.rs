@@ -29,25 +29,31 @@ pub fn sightings(observations: &Observations) -> (BTreeMap<usize, Vec<Sighting>>
     let mut order: Vec<usize> = (0..observations.detections.len()).collect();
     order.sort_by(|&a, &b| compare(&observations.detections[a], &observations.detections[b]));
     let camera = observations.camera;
-    let focal_length = camera.focal_length();
     let mut whole: BTreeMap<usize, Vec<Sighting>> = BTreeMap::new();
     let mut truncated = BTreeMap::new();
     for index in order {
         let detection = &observations.detections[index];
-        if detection.bounding_box.is_truncated(&camera) {
-            *truncated.entry(detection.track).or_insert(0) += 1;
-            continue;
+        match Sighting::new(&camera, index, detection) {
+            Some(sighting) => whole.entry(detection.track).or_default().push(sighting),
+            None => *truncated.entry(detection.track).or_insert(0) += 1,
         }
-        whole.entry(detection.track).or_default().push(Sighting {
-            detection: index,
-            step: detection.step,
-            ray_in_camera: camera.ray_in_camera(&detection.bounding_box.center()),
-            angular_size: detection.bounding_box.side() / focal_length,
-            edges: edges(&camera, &detection.bounding_box),
-            depth: detection.center_depth,
-        });
     }
     (whole, truncated)
+}
+
+impl Sighting {
+    /// The detection of this index, or `None` where it is truncated.
+    pub fn new(camera: &Camera, index: usize, detection: &Detection) -> Option<Self> {
+        let bounds = &detection.bounding_box;
+        (!bounds.is_truncated(camera)).then(|| Self {
+            detection: index,
+            step: detection.step,
+            ray_in_camera: camera.ray_in_camera(&bounds.center()),
+            angular_size: bounds.side() / camera.focal_length(),
+            edges: edges(camera, bounds),
+            depth: detection.center_depth,
+        })
+    }
 }
 
 fn edges(camera: &Camera, bounds: &BoundingBox) -> [f64; 4] {

@@ -7,12 +7,13 @@ use crate::graph::Graph;
 use crate::initial::start_poses;
 use crate::input::{EstimateError, check_observations, check_settings};
 use crate::mapping::{place_landmarks, place_objects};
+use crate::online::{Online, Reading};
 use crate::posterior::{Posterior, Seen};
 use crate::problem::{Problem, add_odometry};
 use crate::settings::{GeometrySettings, OdometrySettings, Settings, SolverSettings};
 use crate::sighting::{landmark_sightings, sightings};
 use crate::solve::Outcome;
-use vantage_dataset::Observations;
+use vantage_dataset::{Camera, Observations, Pose};
 
 /// The motion model of Eq. 3 and the geometric measurements of Eq. 6.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +28,17 @@ impl Geometric {
     pub fn new(settings: &Settings) -> Self {
         let Settings { solver, odometry, geometry, .. } = *settings;
         Self { solver, odometry, geometry }
+    }
+
+    /// The estimator after every step, with the crops as `reading` has them.
+    pub(super) fn online_by<'m>(
+        &self,
+        reading: Option<Reading<'m>>,
+        mounted: (Camera, Pose),
+    ) -> Result<Online<'m>, EstimateError> {
+        check_settings(&self.odometry)?;
+        check_settings(&self.geometry)?;
+        Ok(Online::new(self.odometry, Some(self.geometry), reading, mounted))
     }
 
     /// The problem of an episode.
@@ -101,5 +113,9 @@ impl Geometric {
 impl Estimator for Geometric {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
         Ok(self.estimate_of(self.posterior(observations)?, observations, |_| None))
+    }
+
+    fn online(&self, camera: Camera, robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
+        Some(self.online_by(None, (camera, robot_from_camera)))
     }
 }

@@ -19,7 +19,8 @@ pub use uninformative::Uninformative;
 
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
-use vantage_dataset::Observations;
+use crate::online::Online;
+use vantage_dataset::{Camera, Observations, Pose};
 
 /// P(X, O, E | H) of an episode, by some of its factors.
 pub trait Estimator: Sync {
@@ -28,4 +29,10 @@ pub trait Estimator: Sync {
     /// Bad input and a model that does not fit are errors; a problem that has no good answer (nothing observed,
     /// under-constrained, diverged) is an [`Outcome`](crate::Outcome) with the best values there are.
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError>;
+
+    /// The same posterior after every step of a robot with a camera, from nothing observed yet; `None` of an estimator that only takes
+    /// whole episodes.
+    fn online(&self, _camera: Camera, _robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
+        None
+    }
 }

@@ -5,11 +5,12 @@ use crate::estimate::Estimate;
 use crate::graph::Graph;
 use crate::initial::start_poses;
 use crate::input::{EstimateError, check_observations, check_settings};
+use crate::online::Online;
 use crate::posterior::{Posterior, Seen};
 use crate::problem::add_odometry;
 use crate::settings::{OdometrySettings, Settings, SolverSettings};
 use std::collections::BTreeMap;
-use vantage_dataset::Observations;
+use vantage_dataset::{Camera, Observations, Pose};
 
 /// The motion model of Eq. 3 alone.
 #[derive(Clone, Copy, Debug)]
@@ -35,5 +36,10 @@ impl Estimator for OdometryOnly {
         let posterior = Posterior::maximum(graph, start, BTreeMap::new(), &self.solver);
         let nothing = Seen { size: None, margin: None, semantic_views: 0 };
         Ok(posterior.estimate(observations, &self.solver, |_, _, _| nothing))
+    }
+
+    fn online(&self, camera: Camera, robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
+        let mounted = (camera, robot_from_camera);
+        Some(check_settings(&self.odometry).map(|()| Online::new(self.odometry, None, None, mounted)))
     }
 }

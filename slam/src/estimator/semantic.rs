@@ -5,6 +5,7 @@ use crate::discrepancy::Discrepant;
 use crate::estimate::Estimate;
 use crate::factor::Factor;
 use crate::input::{EstimateError, check_model, check_settings};
+use crate::online::{Online, Reading};
 use crate::orientation::{Mode, modes};
 use crate::posterior::{Posterior, Seen};
 use crate::semantics::{SemanticObject, Semantics};
@@ -13,13 +14,13 @@ use crate::sighting::Sighting;
 use crate::solve::{Outcome, solve};
 use crate::variable::{Key, Value, Values};
 use std::collections::BTreeMap;
-use vantage_dataset::{Observations, Pose};
+use vantage_dataset::{Camera, Observations, Pose};
 use vantage_model::{AnswerError, ObservationModel};
 
 /// The geometric estimator's factors and those of Eq. 9-10, by one observation model.
-#[derive(Clone, Copy)]
 pub struct Semantic<'m> {
     model: &'m dyn ObservationModel,
+    discrepant: Option<Discrepant<'m>>,
     geometric: Geometric,
     semantics: SemanticSettings,
     orientation: OrientationSettings,
@@ -29,7 +30,13 @@ impl<'m> Semantic<'m> {
     /// An estimator that reads crops by `model`.
     pub fn new(settings: &Settings, model: &'m dyn ObservationModel) -> Self {
         let Settings { semantics, orientation, .. } = *settings;
-        Self { model, geometric: Geometric::new(settings), semantics, orientation }
+        let discrepant = semantics.azimuth_discrepancy.map(|of| Discrepant::new(model, &of));
+        Self { model, discrepant, geometric: Geometric::new(settings), semantics, orientation }
+    }
+
+    /// The model with its discrepancy.
+    fn reader(&self) -> &dyn ObservationModel {
+        self.discrepant.as_ref().map_or(self.model, |model| model)
     }
 }
 
@@ -38,8 +45,7 @@ impl Estimator for Semantic<'_> {
         check_settings(&self.semantics)?;
         check_settings(&self.orientation)?;
         check_model(self.model)?;
-        let discrepant = self.semantics.azimuth_discrepancy.map(|of| Discrepant::new(self.model, &of));
-        let model: &dyn ObservationModel = discrepant.as_ref().map_or(self.model, |model| model);
+        let model = self.reader();
         let mut posterior = self.geometric.posterior(observations)?;
         let problem = self.geometric.problem(observations);
         let semantics = Semantics { problem, model, settings: self.semantics };
@@ -58,6 +64,18 @@ impl Estimator for Semantic<'_> {
         let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
         latents.for_each(|latent| latent.truncate(self.model.latent_dim()));
         Ok(estimate)
+    }
+
+    fn online(&self, camera: Camera, robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
+        let checked = || -> Result<Online<'_>, EstimateError> {
+            check_settings(&self.semantics)?;
+            check_settings(&self.orientation)?;
+            check_model(self.model)?;
+            let reading =
+                Reading { model: self.reader(), semantics: self.semantics, orientation: self.orientation };
+            self.geometric.online_by(Some(reading), (camera, robot_from_camera))
+        };
+        Some(checked())
     }
 }
 

@@ -12,6 +12,7 @@ mod jacobians;
 mod landmarks;
 mod linear;
 mod model;
+mod online;
 mod recovery;
 mod repeatable;
 mod semantic;

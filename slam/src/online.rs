@@ -1,0 +1,353 @@
+//! The posterior after every step, as a robot has it: what is observed enters once, and is kept as a factor.
+
+use crate::estimate::Dropped;
+use crate::extents::{add_ellipsoid, edges};
+use crate::graph::Graph;
+use crate::incremental::{Smoother, Thresholds, Update};
+use crate::input::{EstimateError, check_observations};
+use crate::mapping::{place_landmark, place_object};
+use crate::orientation::modes;
+use crate::problem::{Problem, add_bias, add_gauge, add_motion};
+use crate::semantics::{SemanticObject, Semantics};
+use crate::settings::{GeometrySettings, OdometrySettings, OrientationSettings, SemanticSettings};
+use crate::sighting::Sighting;
+use crate::variable::{Key, Value, Values};
+use nalgebra::Matrix6;
+use std::collections::BTreeMap;
+use vantage_dataset::{Camera, Detection, LandmarkSighting, Observations, Odometry, Pose};
+use vantage_model::{AnswerError, ObservationModel};
+
+/// A residual a tenth of its deviation off its linearisation moves an estimate by less than that share of its own deviation.
+const THRESHOLDS: Thresholds = Thresholds { relinearization: 0.01, propagation: 1e-4, rounds: 3 };
+
+/// What is observed at one step.
+#[derive(Clone, Debug)]
+pub struct StepObservations {
+    /// Seconds since the start.
+    pub timestamp: f64,
+    /// Motion from earlier steps to this one.
+    pub odometry: Vec<Odometry>,
+    /// Objects seen.
+    pub detections: Vec<Detection>,
+    /// Landmarks seen.
+    pub landmarks: Vec<LandmarkSighting>,
+}
+
+impl StepObservations {
+    /// An episode step by step, as it came.
+    pub fn of(observations: &Observations) -> Vec<Self> {
+        let mut steps: Vec<Self> = observations
+            .timestamps
+            .iter()
+            .map(|&timestamp| Self {
+                timestamp,
+                odometry: Vec::new(),
+                detections: Vec::new(),
+                landmarks: Vec::new(),
+            })
+            .collect();
+        for odometry in &observations.odometry {
+            if let Some(step) = steps.get_mut(odometry.from.max(odometry.to)) {
+                step.odometry.push(odometry.clone());
+            }
+        }
+        for detection in &observations.detections {
+            if let Some(step) = steps.get_mut(detection.step) {
+                step.detections.push(detection.clone());
+            }
+        }
+        for landmark in &observations.landmarks {
+            if let Some(step) = steps.get_mut(landmark.step) {
+                step.landmarks.push(*landmark);
+            }
+        }
+        steps
+    }
+}
+
+/// How crops are read.
+#[derive(Clone, Copy)]
+pub struct Reading<'m> {
+    /// By what.
+    pub model: &'m dyn ObservationModel,
+    /// How far it is trusted.
+    pub semantics: SemanticSettings,
+    /// How first orientations are looked for.
+    pub orientation: OrientationSettings,
+}
+
+/// An object, by what was seen of it so far.
+#[derive(Default)]
+struct Track {
+    sightings: Vec<Sighting>,
+    is_placed: bool,
+    semantic: Option<SemanticObject>,
+    /// Sightings when its orientation was last looked for.
+    searched_at: usize,
+}
+
+/// A landmark, by what was seen of it so far.
+#[derive(Default)]
+struct Landmark {
+    sightings: Vec<LandmarkSighting>,
+    is_placed: bool,
+}
+
+/// The posterior of the steps so far.
+pub struct Online<'m> {
+    odometry: OdometrySettings,
+    geometry: Option<GeometrySettings>,
+    observations: Observations,
+    map: Map<'m>,
+}
+
+/// What was made of the observations.
+struct Map<'m> {
+    reading: Option<Reading<'m>>,
+    smoother: Smoother<'m>,
+    tracks: BTreeMap<usize, Track>,
+    landmarks: BTreeMap<usize, Landmark>,
+    dropped: Dropped,
+}
+
+impl<'m> Online<'m> {
+    /// Before the first step of a robot with a camera; without `geometry` by odometry alone, without `reading` without crops.
+    pub(crate) fn new(
+        odometry: OdometrySettings,
+        geometry: Option<GeometrySettings>,
+        reading: Option<Reading<'m>>,
+        (camera, robot_from_camera): (Camera, Pose),
+    ) -> Self {
+        let observations = Observations {
+            timestamps: Vec::new(),
+            camera,
+            robot_from_camera,
+            odometry: Vec::new(),
+            detections: Vec::new(),
+            landmarks: Vec::new(),
+        };
+        let map = Map {
+            reading,
+            smoother: Smoother::new(THRESHOLDS),
+            tracks: BTreeMap::new(),
+            landmarks: BTreeMap::new(),
+            dropped: Dropped::default(),
+        };
+        Self { odometry, geometry, observations, map }
+    }
+
+    /// Steps taken in.
+    pub fn steps(&self) -> usize {
+        self.observations.steps()
+    }
+
+    /// Takes in the next step, and brings the posterior up to date; nothing changes where what is observed is refused.
+    pub fn advance(&mut self, new: StepObservations) -> Result<Update, EstimateError> {
+        let step = self.steps();
+        let StepObservations { timestamp, odometry, mut detections, landmarks } = new;
+        detections.sort_by_key(|detection| detection.track);
+        let mut timestamps = self.observations.timestamps.clone();
+        timestamps.push(timestamp);
+        let alone = Observations { timestamps, odometry, detections, landmarks, ..self.observations };
+        check_observations(&alone, &self.odometry)?;
+        let Observations { odometry, detections, landmarks, .. } = alone;
+
+        self.observations.timestamps.push(timestamp);
+        self.map.move_robot(step, &odometry, &self.odometry);
+        let first = self.observations.detections.len();
+        self.observations.detections.extend(detections);
+        if let Some(geometry) = &self.geometry {
+            let problem = Problem { observations: &self.observations, settings: geometry };
+            for index in first..self.observations.detections.len() {
+                self.map.see(&problem, index)?;
+            }
+            for sighting in landmarks {
+                self.map.see_landmark(&problem, sighting);
+            }
+        }
+        self.map.smoother.update().map_err(|_| EstimateError::Indefinite { step })
+    }
+
+    /// Linearises anew until the maximum is that of the whole problem; false where it is not after `rounds`.
+    pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, EstimateError> {
+        let step = self.steps().saturating_sub(1);
+        self.map.smoother.settle(relinearization, rounds).map_err(|_| EstimateError::Indefinite { step })
+    }
+
+    /// The robot's pose at a step in the frame of its first.
+    pub fn world_from_robot(&self, step: usize) -> Option<Pose> {
+        self.map.smoother.values().pose(Key::Robot(step)).copied()
+    }
+
+    /// Covariance of the right perturbation of the robot's pose at a step, rotation first.
+    pub fn pose_covariance(&self, step: usize) -> Option<Matrix6<f64>> {
+        let covariance = self.map.smoother.covariance(Key::Robot(step))?;
+        Some(Matrix6::from_column_slice(covariance.as_slice()))
+    }
+
+    /// The maximum and the marginals of all variables.
+    pub fn smoother(&self) -> &Smoother<'m> {
+        &self.map.smoother
+    }
+
+    /// What was not used so far, or not fully.
+    pub fn dropped(&self) -> Dropped {
+        self.map.dropped
+    }
+}
+
+impl<'m> Map<'m> {
+    /// A new pose, by the first motion that reaches it from an earlier one; where none does, where the robot was before.
+    fn move_robot(&mut self, step: usize, odometry: &[Odometry], settings: &OdometrySettings) {
+        let mut graph = Graph::default();
+        let mut first = Values::default();
+        if step == 0 {
+            add_gauge(&mut graph);
+            add_bias(&mut graph, &mut first, settings);
+        }
+        let at = |step: usize| self.smoother.values().pose(Key::Robot(step));
+        let reached = odometry.iter().find_map(|o| match (at(o.from), at(o.to)) {
+            (Some(from), _) => Some(from * o.robot_from_robot),
+            (_, Some(to)) => Some(to * o.robot_from_robot.inverse()),
+            _ => None,
+        });
+        let before = step.checked_sub(1).and_then(at).copied();
+        let mut pose = reached.or(before).unwrap_or_else(Pose::identity);
+        pose.rotation.renormalize();
+        for o in odometry {
+            add_motion(&mut graph, o, settings);
+        }
+        self.smoother.add_variable(Key::Robot(step), Value::Pose(pose));
+        self.smoother.add(graph, &first);
+    }
+
+    /// Takes in a detection.
+    fn see(&mut self, problem: &Problem<'_>, index: usize) -> Result<(), EstimateError> {
+        let detection = &problem.observations.detections[index];
+        let Some(sighting) = Sighting::new(&problem.observations.camera, index, detection) else {
+            self.dropped.truncated += 1;
+            return Ok(());
+        };
+        let number = detection.track;
+        let mut track = self.tracks.remove(&number).unwrap_or_default();
+        track.sightings.push(sighting);
+        let is_due = track.sightings.len() >= 2 * track.searched_at;
+        if !track.is_placed {
+            let values = self.smoother.values();
+            if let Ok(point) = place_object(problem, values, number, &track.sightings) {
+                let mut first = values.clone();
+                first.insert(Key::Object(number), Value::Point(point));
+                self.place(problem, number, &mut track, first)?;
+            }
+        } else if self.reading.is_some() && is_due {
+            let mut first = self.smoother.values().clone();
+            self.smoother.remove_object(number);
+            [Key::Latent(number), Key::Extents(number), Key::Offset(number)]
+                .into_iter()
+                .for_each(|key| first.remove(key));
+            self.place(problem, number, &mut track, first)?;
+        } else {
+            self.see_again(problem, number, &mut track, sighting)?;
+        }
+        self.tracks.insert(number, track);
+        Ok(())
+    }
+
+    /// Adds an object that `values` have a place for, with all that was seen of it.
+    fn place(
+        &mut self,
+        problem: &Problem<'_>,
+        number: usize,
+        track: &mut Track,
+        mut values: Values,
+    ) -> Result<(), EstimateError> {
+        let key = Key::Object(number);
+        if let Some(position) = values.get(key).and_then(Value::position) {
+            values.insert(key, Value::Point(position));
+        }
+        let mut graph = Graph::default();
+        problem.add_offset(&mut values, number);
+        match &problem.settings.extents {
+            Some(extents) => {
+                add_ellipsoid(problem, extents, &mut graph, &mut values, number, &track.sightings);
+            }
+            None => problem.add_bearings(&mut graph, number, &track.sightings),
+        }
+        track.is_placed = true;
+        track.searched_at = track.sightings.len();
+        track.semantic = match self.reading {
+            Some(reading) => self.read(problem, reading, number, track, &mut graph, &mut values)?,
+            None => None,
+        };
+        self.dropped.non_finite += self.smoother.add(graph, &values);
+        Ok(())
+    }
+
+    /// Adds an object's orientation and latent, where its crops tell them.
+    fn read(
+        &mut self,
+        problem: &Problem<'_>,
+        Reading { model, semantics: settings, orientation }: Reading<'m>,
+        number: usize,
+        track: &Track,
+        graph: &mut Graph<'m>,
+        values: &mut Values,
+    ) -> Result<Option<SemanticObject>, AnswerError> {
+        let semantics = Semantics { problem: *problem, model, settings };
+        let object = semantics.object(values, number, &track.sightings, &mut self.dropped)?;
+        let Some(object) = object else { return Ok(None) };
+        let found = modes(&semantics, &orientation, &object, &track.sightings, values)?;
+        let Some(best) = found.into_iter().next() else { return Ok(None) };
+        semantics.add_factors(graph, &object, &object.views, best.world_from_object.rotation);
+        values.insert(Key::Object(number), Value::Pose(best.world_from_object));
+        values.insert(Key::Latent(number), Value::Vector(best.latent));
+        Ok(Some(object))
+    }
+
+    /// Adds one more sighting of a placed object.
+    fn see_again(
+        &mut self,
+        problem: &Problem<'_>,
+        number: usize,
+        track: &mut Track,
+        sighting: Sighting,
+    ) -> Result<(), AnswerError> {
+        let mut graph = Graph::default();
+        let values = self.smoother.values();
+        if values.get(Key::Extents(number)).is_some() {
+            graph.push(edges(problem, number, &sighting));
+            problem.add_depth(&mut graph, number, &sighting);
+        } else {
+            problem.add_views(&mut graph, number, &[sighting]);
+        }
+        if let (Some(object), Some(reading)) = (&mut track.semantic, self.reading) {
+            let Reading { model, semantics: settings, .. } = reading;
+            let semantics = Semantics { problem: *problem, model, settings };
+            if let Some(view) = semantics.view(values, object, &sighting, &mut self.dropped)? {
+                graph.push(semantics.factor(object, &view));
+                object.views.push(view);
+            }
+        }
+        self.dropped.non_finite += self.smoother.add(graph, &Values::default());
+        Ok(())
+    }
+
+    /// Takes in a sighting of a landmark.
+    fn see_landmark(&mut self, problem: &Problem<'_>, sighting: LandmarkSighting) {
+        let values = self.smoother.values();
+        let landmark = self.landmarks.entry(sighting.landmark).or_default();
+        let mut graph = Graph::default();
+        let mut first = Values::default();
+        landmark.sightings.push(sighting);
+        if landmark.is_placed {
+            problem.add_projections(&mut graph, &[sighting]);
+        } else {
+            let mut sightings = landmark.sightings.clone();
+            let Ok(point) = place_landmark(problem, values, sighting.landmark, &mut sightings) else { return };
+            first.insert(Key::Landmark(sighting.landmark), Value::Point(point));
+            problem.add_projections(&mut graph, &sightings);
+            landmark.is_placed = true;
+        }
+        self.dropped.landmark_behind_camera += self.smoother.add(graph, &first);
+    }
+}
