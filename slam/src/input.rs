@@ -46,7 +46,9 @@ pub enum EstimateError {
         problem: String,
     },
     /// The posterior after a step is not a Gaussian: some of its equations are not numbers.
-    #[error("step {step}: the normal equations are not positive definite, expected finite observations of scales that a double tells apart")]
+    #[error(
+        "step {step}: the normal equations are not positive definite, expected finite observations of scales that a double tells apart"
+    )]
     Indefinite {
         /// The step.
         step: usize,

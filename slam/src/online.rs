@@ -18,7 +18,7 @@ use vantage_dataset::{Camera, Detection, LandmarkSighting, Observations, Odometr
 use vantage_model::{AnswerError, ObservationModel};
 
 /// A residual a tenth of its deviation off its linearisation moves an estimate by less than that share of its own deviation.
-const THRESHOLDS: Thresholds = Thresholds { relinearization: 0.01, propagation: 1e-4, rounds: 3 };
+const THRESHOLDS: Thresholds = Thresholds { relinearization: 0.003, propagation: 3e-5, rounds: 3 };
 
 /// What is observed at one step.
 #[derive(Clone, Debug)]
@@ -343,7 +343,9 @@ impl<'m> Map<'m> {
             problem.add_projections(&mut graph, &[sighting]);
         } else {
             let mut sightings = landmark.sightings.clone();
-            let Ok(point) = place_landmark(problem, values, sighting.landmark, &mut sightings) else { return };
+            let Ok(point) = place_landmark(problem, values, sighting.landmark, &mut sightings) else {
+                return;
+            };
             first.insert(Key::Landmark(sighting.landmark), Value::Point(point));
             problem.add_projections(&mut graph, &sightings);
             landmark.is_placed = true;

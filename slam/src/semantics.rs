@@ -105,7 +105,15 @@ impl<'m> Semantics<'_, 'm> {
             |sighting: &Sighting, viewpoint: &Viewpoint| self.measure(self.crop(sighting), viewpoint);
         let Some(position) = position else { return Ok(None) };
         let upright = Pose::translation(position.x, position.y, position.z);
-        view(&self.problem, &self.settings, values, (upright, object.size), (sighting, last), dropped, measure)
+        view(
+            &self.problem,
+            &self.settings,
+            values,
+            (upright, object.size),
+            (sighting, last),
+            dropped,
+            measure,
+        )
     }
 
     /// The crop of a sighting.

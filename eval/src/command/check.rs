@@ -18,7 +18,7 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = ResultKind::Scene.place(&args.baseline, &scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
-    let fresh = line(&args.scene, &args.stages, Naming::Kind)?;
+    let fresh = line(&args.scene, &args.stages, Naming::Kind, false)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::terminal()))?;
     let there = Machine::read(&folder);

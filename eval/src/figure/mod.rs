@@ -8,6 +8,7 @@ mod error;
 pub mod gains;
 pub mod likelihood;
 pub mod nees;
+pub mod online;
 pub mod palette;
 #[cfg(feature = "rerun")]
 pub mod recording;

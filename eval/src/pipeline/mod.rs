@@ -10,6 +10,7 @@ mod error;
 mod estimates;
 mod model;
 mod model_error;
+mod online;
 mod readouts;
 mod stage_cache;
 #[cfg(feature = "train")]
@@ -29,11 +30,12 @@ pub use model::{
     models, reference_model,
 };
 pub use model_error::ModelRefusal;
+pub use online::{OnlineAnswer, OnlineRun, SeedOnline, online};
 #[cfg(feature = "train")]
 pub use study::{
     StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,
 };
-pub use tables::{Tables, tables};
+pub use tables::{Tables, online_table, tables};
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
 pub use unseen::{ScoredViews, imported_views, test_views, unseen};

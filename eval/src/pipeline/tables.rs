@@ -1,6 +1,8 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::{Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, StageError, StoredObject, beliefs};
+use super::{
+    Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, SeedOnline, StageError, StoredObject, beliefs,
+};
 use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
@@ -10,6 +12,7 @@ use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
 use crate::score::extents::{Ellipsoid, extents_error};
 use crate::score::landmark::landmark_error;
+use crate::score::online::{self, Driven, ONLINE, online_scores};
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, object_scores, pose_scores};
 use crate::score::unseen::Unseen;
@@ -92,6 +95,42 @@ pub fn tables(
         tables.push(of_unseen(table, seeds, &unseen)?);
     }
     Ok(Tables { tables, detections })
+}
+
+/// The table of estimates after every step, of the methods that have them, beside `answers` by whole episodes.
+pub fn online_table(
+    seeds: &[Seed],
+    methods: &[Method<'_>],
+    episodes: &[SeedEpisode],
+    answers: &[SeedAnswers],
+    online: &[SeedOnline],
+) -> Result<Option<Table>, StageError> {
+    let mut runs = Vec::new();
+    for (((seed, episode), (_, answers)), (_, online)) in episodes.iter().zip(answers).zip(online) {
+        let truth = episode.as_ref().ok().map(|episode| read_truth(&episode.folder)).transpose()?;
+        for ((method, answer), online) in methods.iter().zip(answers).zip(online) {
+            let Some(driven) = online else { continue };
+            let (outcome, scores) = match (driven, &truth) {
+                (Err(reason), _) => (Outcome::Failed(reason.clone()), Scores::new()),
+                (Ok(_), None) => continue,
+                (Ok(run), Some(truth)) => {
+                    let driven = Driven {
+                        newest: &run.newest,
+                        covariances: run.covariances.as_deref(),
+                        at_end: &run.at_end,
+                        whole: &answer.world_from_robot,
+                    };
+                    (Outcome::Done, online_scores(&truth.world_from_robot, &driven)?)
+                }
+            };
+            runs.push(Run { method: method.name(), seed: *seed, outcome, scores });
+        }
+    }
+    let has_runs = |name: &String| runs.iter().any(|run: &Run| run.method == *name);
+    let names: Vec<String> = methods.iter().map(Method::name).filter(has_runs).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let columns = online::COLUMNS;
+    (!names.is_empty()).then(|| Ok(Table::new(ONLINE, &names, None, &columns, seeds, runs)?)).transpose()
 }
 
 /// A table of some models, each with its name and what it is worth on the instances of each seed.

@@ -142,6 +142,17 @@ metrics! {
     HeadingInside95 => "Heading in 95%", "heading_inside_95", Ratio, Near(0.95);
     /// Negative log-likelihood of the robot's last true position.
     PositionSurprise => "-log p(position), end", "position_surprise_end_nat", Nat, Lower;
+    /// Distance of the robot's newest position after each step, root mean square over the steps, first pose aligned:
+    /// [`crate::score::online::online_scores`].
+    NewestPosition => "Newest position", "newest_position_m", Meter, Lower;
+    /// Yaw error of the newest pose, likewise.
+    NewestHeading => "Newest heading", "newest_heading_rad", Radian, Lower;
+    /// NEES over degrees of freedom of the newest pose, mean over all steps after the first.
+    NeesNewest => "Newest pose NEES", "nees_newest", Ratio, Near(1.0);
+    /// ATE, first pose aligned, of all poses after the last step.
+    AteAtEnd => "ATE after the last step", "ate_at_end_m", Meter, Lower;
+    /// Distance of those from the poses by the whole episode at once, root mean square, first pose aligned.
+    ApartAtEnd => "From the whole episode's", "apart_at_end_m", Meter, Lower;
     /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
     ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
 }

@@ -15,6 +15,7 @@ pub mod results_file;
 pub mod run;
 pub mod standing;
 pub mod statistics;
+pub mod step_times;
 pub mod summary_text;
 pub mod table;
 pub mod table_text;

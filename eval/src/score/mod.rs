@@ -19,6 +19,7 @@ pub mod instance_posterior;
 pub mod landmark;
 pub mod likelihood;
 pub mod object;
+pub mod online;
 pub mod pairs;
 pub mod pca;
 pub mod psnr;

@@ -4,7 +4,9 @@ use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::Matrix6;
 use vantage_dataset::{Observations, Pose, Seed};
-use vantage_slam::{Estimate, Estimator, Geometric, OdometryOnly, Online, Semantic, Settings, StepObservations};
+use vantage_slam::{
+    Estimate, Estimator, Geometric, OdometryOnly, Online, Semantic, Settings, StepObservations,
+};
 
 fn online<'e>(estimator: &'e dyn Estimator, observations: &Observations) -> Online<'e> {
     let Observations { camera, robot_from_camera, .. } = *observations;

@@ -97,6 +97,11 @@ pub struct RunArgs {
     #[arg(long)]
     #[serde(skip)]
     pub replace: bool,
+    /// Estimates also after every step, as a robot would: adds a table, `online.svg`, `step_times.md` and, of the newest poses,
+    /// `<seed>/<method>.online.tum`.
+    #[arg(long)]
+    #[serde(skip)]
+    pub online: bool,
     /// Which tables are printed.
     #[arg(long, value_enum, default_value_t)]
     #[serde(skip)]

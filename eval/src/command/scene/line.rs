@@ -5,8 +5,8 @@ use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
 use crate::command::placed;
 use crate::pipeline::{
-    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, StageError, chosen_models, episodes,
-    estimates, methods, models, tables, test_views, unseen,
+    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, SeedOnline, StageError, chosen_models,
+    episodes, estimates, methods, models, online, online_table, tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
@@ -19,8 +19,13 @@ use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::world::check_room;
 
-/// Runs the line on a scene.
-pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, BenchError> {
+/// Runs the line on a scene; with `step_by_step`, estimates also after every step.
+pub fn line(
+    scene: &Path,
+    stages: &StageArgs,
+    naming: Naming,
+    step_by_step: bool,
+) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.making.cache, stages.making.renderer.into())?;
     let seeds = seeds(&pipeline.file, stages);
     has_room(&pipeline, &seeds, scene)?;
@@ -40,13 +45,18 @@ pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, 
     })?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let (episodes, answers) = drive(&pipeline, &seeds, &models, &methods, &mut record)?;
+    let online = match step_by_step {
+        true => record.timed("online", || online(&pipeline, &episodes, &methods))?,
+        false => Vec::new(),
+    };
     let unseen = record.timed("unseen instances", || {
         let of_model = |model: &LoadedModel| {
             unseen(&pipeline, &views, Subject::Viewing(model.viewing()), model.model.hash())
         };
         models.iter().map(of_model).collect::<Result<Vec<_>, _>>()
     })?;
-    let tables = tables(&seeds, &methods, &entries, &episodes, &answers, &models, &unseen)?;
+    let mut tables = tables(&seeds, &methods, &entries, &episodes, &answers, &models, &unseen)?;
+    tables.tables.extend(online_table(&seeds, &methods, &episodes, &answers, &online)?);
 
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, tables.tables),
@@ -55,6 +65,7 @@ pub fn line(scene: &Path, stages: &StageArgs, naming: Naming) -> Result<Scored, 
         manifest: record.finish(&pipeline, &models, &entries, &episodes, &views)?,
         episodes,
         answers,
+        online,
         entries,
         unseen: models.into_iter().map(|model| model.name).zip(unseen).collect(),
     })
@@ -128,6 +139,8 @@ pub struct Scored {
     pub methods: Vec<String>,
     /// Their answers by seed.
     pub answers: Vec<SeedAnswers>,
+    /// Their answers after every step by seed; empty where not asked for.
+    pub online: Vec<SeedOnline>,
     /// Estimators of others.
     pub entries: Vec<Entry>,
     /// Each model's name and its scores on unseen instances, one a seed.

@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod line;
+mod online;
 mod pictures;
 mod record;
 mod said;
@@ -34,11 +35,12 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     if !args.replace {
         keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
     }
-    let scored = line(&scene, &args.stages, Naming::Folder)?;
+    let scored = line(&scene, &args.stages, Naming::Folder, args.online)?;
     let progress = Progress::detect();
     let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
     let place = folder.path().to_owned();
-    let pictures = pictures::write(&folder, &scored)?;
+    let mut pictures = pictures::write(&folder, &scored)?;
+    pictures.extend(online::write(&folder, &scored)?);
     report::write(folder, &scored.results, &scored.manifest)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);

@@ -1,13 +1,16 @@
 //! What a run says on standard output: tables, where files lie, the answer.
 
 use super::line::Scored;
+use super::online::times;
 use crate::command::cli::{RunArgs, TablesChoice};
 use crate::command::error::BenchError;
 use crate::command::places::places;
 use crate::result::grid::Style;
 use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
+use crate::result::step_times::{STEP_TIMES, step_times};
 use crate::result::{summary_text, table_text};
+use crate::score::online::ONLINE;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use crate::score::unseen_table::{OF_GROUNDING, OF_LATENTS};
 use crate::score::viewpoint::{ViewpointTrial, summarize, summarize_by_family};
@@ -35,6 +38,10 @@ pub fn say(
     if !scored.episodes.is_empty() {
         kinds.push(("trajectories", vec!["<seed>/<method>.tum"]));
     }
+    if !scored.online.is_empty() {
+        kinds.push(("newest poses", vec!["<seed>/<method>.online.tum"]));
+        kinds.push(("step times", vec![STEP_TIMES]));
+    }
     write!(stdout, "{}", places(folder, kinds))?;
     if let Some(table) = scored.results.table(TRAJECTORIES) {
         let answers = summary_text::answers(table);
@@ -49,6 +56,10 @@ fn short(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
     let style = Style::terminal();
     if let Some(table) = scored.results.table(TRAJECTORIES) {
         writeln!(stdout, "{}", summary_text::trajectories(table, style))?;
+    }
+    if let Some(table) = scored.results.table(ONLINE) {
+        writeln!(stdout, "{}", table_text::tables(table, style))?;
+        writeln!(stdout, "{}\n", step_times(&times(scored), style))?;
     }
     if let (Some(latents), Some(classes)) =
         (scored.results.table(OF_LATENTS.name), scored.results.table(OF_GROUNDING.name))
