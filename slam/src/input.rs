@@ -45,6 +45,14 @@ pub enum EstimateError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// No odometry reaches a step from an earlier one, which an estimator that goes step by step needs.
+    #[error(
+        "odometry: got none to step {step} from an earlier one, expected at least one: estimate the whole episode at once, or add a motion of large covariance"
+    )]
+    Unreached {
+        /// The step.
+        step: usize,
+    },
     /// The posterior after a step is not a Gaussian: some of its equations are not numbers.
     #[error(
         "step {step}: the normal equations are not positive definite, expected finite observations of scales that a double tells apart"

@@ -63,9 +63,11 @@ fn answer(
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(None) => Ok(None),
         Ok(Some(Ok(run))) => Ok(Some(Ok(run))),
-        Ok(Some(Err(error @ (EstimateError::Model(_) | EstimateError::Indefinite { .. })))) => {
-            Ok(Some(Err(error.to_string())))
-        }
+        Ok(Some(Err(
+            error @ (EstimateError::Model(_)
+            | EstimateError::Indefinite { .. }
+            | EstimateError::Unreached { .. }),
+        ))) => Ok(Some(Err(error.to_string()))),
         Ok(Some(Err(error))) => Err(error.into()),
         Err(_) => Ok(Some(Err(PANICKED.to_owned()))),
     }

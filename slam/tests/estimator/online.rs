@@ -3,9 +3,9 @@
 use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::Matrix6;
-use vantage_dataset::{Observations, Pose, Seed};
+use vantage_dataset::{Observations, Seed};
 use vantage_slam::{
-    Estimate, Estimator, Geometric, OdometryOnly, Online, Semantic, Settings, StepObservations,
+    Estimate, EstimateError, Estimator, Geometric, OdometryOnly, Online, Semantic, StepObservations,
 };
 
 fn online<'e>(estimator: &'e dyn Estimator, observations: &Observations) -> Online<'e> {
@@ -53,7 +53,7 @@ fn odometry_and_bearings_end_at_the_maximum_of_the_whole_episode() {
             let whole = estimator.estimate(&world.observations).unwrap();
             let mut online = run(estimator, &world.observations);
             let [apart, spread] = difference(&online, &whole);
-            println!("seed {seed}: {apart} deviations, variance {spread}");
+            assert!(apart < 0.1 && spread < 0.05, "seed {seed}: {apart} deviations, variance {spread}");
             assert!(online.settle(1e-6, 20).unwrap());
             let [apart, spread] = difference(&online, &whole);
             assert!(apart < 2e-3 && spread < 1e-3, "seed {seed}, settled: {apart}, {spread}");
@@ -61,6 +61,7 @@ fn odometry_and_bearings_end_at_the_maximum_of_the_whole_episode() {
     }
 }
 
+/// Not as near as bearings: the sizes of objects are held as they were when an orientation was last looked for.
 #[test]
 fn crops_end_near_the_maximum_of_the_whole_episode() {
     let spec = WorldSpec::sparse_loop();
@@ -70,12 +71,13 @@ fn crops_end_near_the_maximum_of_the_whole_episode() {
         let settings = matching_settings(&spec);
         let estimator = Semantic::new(&settings, &model);
         let whole = estimator.estimate(&world.observations).unwrap();
+        let bearings = Geometric::new(&settings).estimate(&world.observations).unwrap();
         let mut online = run(&estimator, &world.observations);
-        let [apart, spread] = difference(&online, &whole);
-        println!("semantic seed {seed}: {apart} {spread}");
-        println!("{}", online.settle(1e-4, 20).unwrap());
-        let [apart, spread] = difference(&online, &whole);
-        println!("semantic seed {seed} settled: {apart} {spread}");
+        assert!(online.settle(1e-4, 50).unwrap());
+        let ([apart, spread], [from_bearings, _]) =
+            (difference(&online, &whole), difference(&online, &bearings));
+        println!("seed {seed}: {apart} deviations, variance {spread}; {from_bearings}");
+        assert!(apart < 2.0 && spread < 0.1, "seed {seed}: {apart} deviations, variance {spread}");
     }
 }
 
@@ -83,7 +85,7 @@ fn crops_end_near_the_maximum_of_the_whole_episode() {
 fn each_step_has_the_estimate_of_an_episode_that_ends_there() {
     let spec = WorldSpec::sparse_loop();
     let world = World::new(&spec, Some(&model()), Seed(9));
-    let estimator = Geometric::new(&Settings { ..matching_settings(&spec) });
+    let estimator = Geometric::new(&matching_settings(&spec));
     let steps = StepObservations::of(&world.observations);
     let mut online = online(&estimator, &world.observations);
     for (step, new) in steps.iter().enumerate() {
@@ -98,7 +100,43 @@ fn each_step_has_the_estimate_of_an_episode_that_ends_there() {
         so_far.detections.retain(|d| until(d.step));
         let whole = estimator.estimate(&so_far).unwrap();
         let [apart, spread] = difference(&online, &whole);
-        assert!(apart < 0.1 && spread < 0.1, "step {step}: {apart} deviations, variance {spread}");
+        assert!(apart < 0.1 && spread < 0.05, "step {step}: {apart} deviations, variance {spread}");
     }
-    assert_eq!(online.world_from_robot(0), Some(Pose::identity()));
+}
+
+#[test]
+fn what_is_refused_leaves_the_posterior_as_it_was() {
+    let spec = WorldSpec::sparse_loop();
+    let world = World::new(&spec, Some(&model()), Seed(1));
+    let estimator = Geometric::new(&matching_settings(&spec));
+    let steps = StepObservations::of(&world.observations);
+    let mut online = online(&estimator, &world.observations);
+    for (step, new) in steps.iter().enumerate().take(12) {
+        let mut wrong = new.clone();
+        wrong.odometry.iter_mut().for_each(|o| o.to = step + 1);
+        wrong.detections.iter_mut().for_each(|d| d.step = step + 1);
+        assert!(wrong.odometry.is_empty() || online.advance(wrong).is_err());
+        assert_eq!(online.steps(), step);
+        online.advance(new.clone()).unwrap();
+    }
+    let whole = {
+        let mut online = self::online(&estimator, &world.observations);
+        for new in steps.iter().take(12) {
+            online.advance(new.clone()).unwrap();
+        }
+        online.world_from_robot(11)
+    };
+    assert_eq!(online.world_from_robot(11), whole);
+}
+
+#[test]
+fn a_step_that_no_odometry_reaches_is_refused_by_its_number() {
+    let spec = WorldSpec::sparse_loop();
+    let mut world = World::new(&spec, Some(&model()), Seed(2));
+    world.observations.odometry.retain(|o| o.to != 20);
+    let estimator = Geometric::new(&matching_settings(&spec));
+    let mut online = online(&estimator, &world.observations);
+    let steps = StepObservations::of(&world.observations);
+    let refused = steps.into_iter().find_map(|step| online.advance(step).err());
+    assert_eq!(refused, Some(EstimateError::Unreached { step: 20 }));
 }
