@@ -7,7 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 use vantage_dataset::store::read_observations;
 use vantage_dataset::{Observations, Pose, Seed};
-use vantage_slam::{EstimateError, StepObservations};
+use vantage_slam::{EstimateError, Online, StepObservations};
+
+/// Distance of residuals from their linearisations that counts as none, whitened, and most rounds to reach it.
+const SETTLED: f64 = 1e-4;
+const MOST_ROUNDS: usize = 100;
 
 /// A method's answers on an episode, step by step.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +22,8 @@ pub struct OnlineRun {
     pub covariances: Option<Vec<Matrix6<f64>>>,
     /// The poses of all steps after the last.
     pub at_end: Vec<Pose>,
+    /// The same, once nothing is left to do.
+    pub settled: Vec<Pose>,
     /// How long each step took.
     pub times: Vec<Duration>,
 }
@@ -95,6 +101,13 @@ fn run(
         run.times.push(start.elapsed());
     }
     run.covariances = covariances.into_iter().collect();
-    run.at_end = (0..observations.steps()).filter_map(|step| online.world_from_robot(step)).collect();
+    let poses = |online: &Online<'_>| {
+        (0..observations.steps()).filter_map(|step| online.world_from_robot(step)).collect::<Vec<_>>()
+    };
+    run.at_end = poses(&online);
+    if let Err(error) = online.settle(SETTLED, MOST_ROUNDS) {
+        return Some(Err(error));
+    }
+    run.settled = poses(&online);
     Some(Ok(run))
 }

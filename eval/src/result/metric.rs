@@ -153,6 +153,8 @@ metrics! {
     AteAtEnd => "ATE after the last step", "ate_at_end_m", Meter, Lower;
     /// Distance of those from the poses by the whole episode at once, root mean square, first pose aligned.
     ApartAtEnd => "From the whole episode's", "apart_at_end_m", Meter, Lower;
+    /// Likewise, once all that waits is done and no residual is off its linearisation.
+    ApartSettled => "Settled, from the whole episode's", "apart_settled_m", Meter, Lower;
     /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
     ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
 }

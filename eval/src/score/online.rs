@@ -12,8 +12,14 @@ use vantage_dataset::Pose;
 /// The name of the table.
 pub const ONLINE: &str = "online";
 /// Its columns.
-pub const COLUMNS: [Metric; 5] =
-    [Metric::NewestPosition, Metric::NewestHeading, Metric::NeesNewest, Metric::AteAtEnd, Metric::ApartAtEnd];
+pub const COLUMNS: [Metric; 6] = [
+    Metric::NewestPosition,
+    Metric::NewestHeading,
+    Metric::NeesNewest,
+    Metric::AteAtEnd,
+    Metric::ApartAtEnd,
+    Metric::ApartSettled,
+];
 
 /// What is known of an episode when it was driven, and after it.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +30,8 @@ pub struct Driven<'a> {
     pub covariances: Option<&'a [Matrix6<f64>]>,
     /// All poses after the last step.
     pub at_end: &'a [Pose],
+    /// All poses once nothing is left to do.
+    pub settled: &'a [Pose],
     /// All poses by the whole episode at once.
     pub whole: &'a [Pose],
 }
@@ -33,6 +41,7 @@ pub fn online_scores(truth: &[Pose], driven: &Driven<'_>) -> Result<Scores, Pair
     let newest = Pairs::by_step(truth, driven.newest)?;
     let at_end = Pairs::by_step(truth, driven.at_end)?;
     let apart = Pairs::by_step(driven.whole, driven.at_end)?;
+    let settled = Pairs::by_step(driven.whole, driven.settled)?;
     let consistency = driven.covariances.and_then(|covariances| pose_consistency(&newest, covariances));
     let nees = consistency.map(|found| found.pose.iter().sum::<f64>() / found.pose.len() as f64);
     let values = [
@@ -41,6 +50,7 @@ pub fn online_scores(truth: &[Pose], driven: &Driven<'_>) -> Result<Scores, Pair
         (Metric::NeesNewest, nees),
         (Metric::AteAtEnd, ate(&at_end)),
         (Metric::ApartAtEnd, ate(&apart)),
+        (Metric::ApartSettled, ate(&settled)),
     ];
     Ok(values.into_iter().filter_map(|(metric, value)| Some((metric, value?))).collect())
 }
@@ -64,13 +74,19 @@ mod tests {
         };
         let (truth, newest, at_end, whole) = (path(0.0), path(0.3), path(0.1), path(0.2));
         let covariances = vec![Matrix6::identity() * 0.01; 3];
-        let driven =
-            Driven { newest: &newest, covariances: Some(&covariances), at_end: &at_end, whole: &whole };
+        let driven = Driven {
+            newest: &newest,
+            covariances: Some(&covariances),
+            at_end: &at_end,
+            settled: &whole,
+            whole: &whole,
+        };
         let scores = online_scores(&truth, &driven).unwrap();
         let rms = |off: f64| off * (5.0f64 / 3.0).sqrt();
         assert_relative_eq!(scores[&Metric::NewestPosition], rms(0.3), epsilon = 1e-12);
         assert_relative_eq!(scores[&Metric::AteAtEnd], rms(0.1), epsilon = 1e-12);
         assert_relative_eq!(scores[&Metric::ApartAtEnd], rms(0.1), epsilon = 1e-12);
+        assert_eq!(scores[&Metric::ApartSettled], 0.0);
         assert_relative_eq!(scores[&Metric::NeesNewest], (9.0 + 36.0) / 2.0 / 6.0, epsilon = 1e-9);
         assert_eq!(newest_errors(&truth, &newest).unwrap(), [0.0, 0.3, 0.6]);
         assert!(newest_errors(&truth, &newest[..2]).is_err());
