@@ -23,7 +23,7 @@ fn estimates_after_every_step_are_a_table_a_plot_times_and_paths() {
     let (online, whole) = (results.table("online").unwrap(), results.table("trajectory").unwrap());
     assert_eq!(online.methods(), ["odometry", "geometric", "viewpoint_dependent"]);
     for run in online.runs() {
-        let batch = whole.runs_of(&run.method).iter().copied().find(|batch| batch.seed == run.seed).unwrap();
+        let batch = whole.runs_of(&run.method).iter().find(|batch| batch.seed == run.seed).unwrap();
         let score = |metric: Metric| run.scores[&metric];
         let apart = (score(Metric::AteAtEnd) - batch.scores[&Metric::Ate]).abs();
         let told = format!("{} on seed {}: {:?}", run.method, run.seed.0, run.scores);
