@@ -1,70 +1,24 @@
-//! The posterior after every step, as a robot has it: what is observed enters once, and is kept as a factor.
+//! What was made of the observations so far: the growing posterior, and objects and landmarks on their way into it.
 
 use crate::estimate::Dropped;
 use crate::extents::{add_ellipsoid, edges};
 use crate::graph::Graph;
-use crate::incremental::{Smoother, Thresholds, Update};
-use crate::input::{EstimateError, check_observations};
+use crate::incremental::{Smoother, Thresholds};
+use crate::input::EstimateError;
 use crate::mapping::{place_landmark, place_object};
 use crate::orientation::modes;
 use crate::problem::{Problem, add_bias, add_gauge, add_motion};
 use crate::semantics::{SemanticObject, Semantics};
-use crate::settings::{GeometrySettings, OdometrySettings, OrientationSettings, SemanticSettings};
+use crate::settings::{OdometrySettings, OrientationSettings, SemanticSettings};
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
-use nalgebra::Matrix6;
 use std::collections::{BTreeMap, VecDeque};
-use vantage_dataset::{Camera, Detection, LandmarkSighting, Observations, Odometry, Pose};
+use vantage_dataset::{LandmarkSighting, Odometry, Pose};
 use vantage_model::{AnswerError, ObservationModel};
 
 /// Found on episodes of bearings: ten times the first leaves poses up to 0.2 of their deviations from where they belong, and a third of it
 /// brings no gain.
 const THRESHOLDS: Thresholds = Thresholds { relinearization: 0.003, propagation: 3e-5, rounds: 3 };
-
-/// What is observed at one step.
-#[derive(Clone, Debug)]
-pub struct StepObservations {
-    /// Seconds since the start.
-    pub timestamp: f64,
-    /// Motion from earlier steps to this one.
-    pub odometry: Vec<Odometry>,
-    /// Objects seen.
-    pub detections: Vec<Detection>,
-    /// Landmarks seen.
-    pub landmarks: Vec<LandmarkSighting>,
-}
-
-impl StepObservations {
-    /// An episode step by step, as it came.
-    pub fn of(observations: &Observations) -> Vec<Self> {
-        let mut steps: Vec<Self> = observations
-            .timestamps
-            .iter()
-            .map(|&timestamp| Self {
-                timestamp,
-                odometry: Vec::new(),
-                detections: Vec::new(),
-                landmarks: Vec::new(),
-            })
-            .collect();
-        for odometry in &observations.odometry {
-            if let Some(step) = steps.get_mut(odometry.from.max(odometry.to)) {
-                step.odometry.push(odometry.clone());
-            }
-        }
-        for detection in &observations.detections {
-            if let Some(step) = steps.get_mut(detection.step) {
-                step.detections.push(detection.clone());
-            }
-        }
-        for landmark in &observations.landmarks {
-            if let Some(step) = steps.get_mut(landmark.step) {
-                step.landmarks.push(*landmark);
-            }
-        }
-        steps
-    }
-}
 
 /// How crops are read.
 #[derive(Clone, Copy)]
@@ -96,124 +50,32 @@ struct Landmark {
     is_placed: bool,
 }
 
-/// The posterior of the steps so far.
-pub struct Online<'m> {
-    odometry: OdometrySettings,
-    geometry: Option<GeometrySettings>,
-    observations: Observations,
-    map: Map<'m>,
-}
-
 /// What was made of the observations.
-struct Map<'m> {
+pub(super) struct Map<'m> {
     reading: Option<Reading<'m>>,
-    smoother: Smoother<'m>,
+    pub smoother: Smoother<'m>,
     tracks: BTreeMap<usize, Track>,
     landmarks: BTreeMap<usize, Landmark>,
     /// Objects whose orientation is to be looked for, in the order that they asked: one a step, which bounds what a step costs.
     due: VecDeque<usize>,
-    dropped: Dropped,
+    pub dropped: Dropped,
 }
 
-impl<'m> Online<'m> {
-    /// Before the first step of a robot with a camera; without `geometry` by odometry alone, without `reading` without crops.
-    pub(crate) fn new(
-        odometry: OdometrySettings,
-        geometry: Option<GeometrySettings>,
-        reading: Option<Reading<'m>>,
-        (camera, robot_from_camera): (Camera, Pose),
-    ) -> Self {
-        let observations = Observations {
-            timestamps: Vec::new(),
-            camera,
-            robot_from_camera,
-            odometry: Vec::new(),
-            detections: Vec::new(),
-            landmarks: Vec::new(),
-        };
-        let map = Map {
+impl<'m> Map<'m> {
+    /// Empty, of a robot that reads crops as `reading` says.
+    pub fn new(reading: Option<Reading<'m>>) -> Self {
+        Self {
             reading,
             smoother: Smoother::new(THRESHOLDS),
             tracks: BTreeMap::new(),
             landmarks: BTreeMap::new(),
             due: VecDeque::new(),
             dropped: Dropped::default(),
-        };
-        Self { odometry, geometry, observations, map }
-    }
-
-    /// Steps taken in.
-    pub fn steps(&self) -> usize {
-        self.observations.steps()
-    }
-
-    /// Takes in the next step, and brings the posterior up to date; nothing changes where what is observed is refused.
-    pub fn advance(&mut self, new: StepObservations) -> Result<Update, EstimateError> {
-        let step = self.steps();
-        let StepObservations { timestamp, odometry, mut detections, landmarks } = new;
-        detections.sort_by_key(|detection| detection.track);
-        let mut timestamps = self.observations.timestamps.clone();
-        timestamps.push(timestamp);
-        let alone = Observations { timestamps, odometry, detections, landmarks, ..self.observations };
-        check_observations(&alone, &self.odometry)?;
-        let Observations { odometry, detections, landmarks, .. } = alone;
-        if step > 0 && odometry.is_empty() {
-            return Err(EstimateError::Unreached { step });
         }
-
-        self.observations.timestamps.push(timestamp);
-        self.map.move_robot(step, &odometry, &self.odometry);
-        let first = self.observations.detections.len();
-        self.observations.detections.extend(detections);
-        if let Some(geometry) = &self.geometry {
-            let problem = Problem { observations: &self.observations, settings: geometry };
-            for index in first..self.observations.detections.len() {
-                self.map.see(&problem, index)?;
-            }
-            for sighting in landmarks {
-                self.map.see_landmark(&problem, sighting);
-            }
-            self.map.orient_next(&problem)?;
-        }
-        self.map.smoother.update().map_err(|_| EstimateError::Indefinite { step })
     }
 
-    /// Looks for all orientations that wait, and linearises anew until no residual is farther than `relinearization` from its
-    /// linearisation; false where one is after `rounds`.
-    pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, EstimateError> {
-        if let Some(geometry) = &self.geometry {
-            let problem = Problem { observations: &self.observations, settings: geometry };
-            while self.map.orient_next(&problem)? {}
-        }
-        let step = self.steps().saturating_sub(1);
-        self.map.smoother.settle(relinearization, rounds).map_err(|_| EstimateError::Indefinite { step })
-    }
-
-    /// The robot's pose at a step in the frame of its first.
-    pub fn world_from_robot(&self, step: usize) -> Option<Pose> {
-        self.map.smoother.values().pose(Key::Robot(step)).copied()
-    }
-
-    /// Covariance of the right perturbation of the robot's pose at a step, rotation first.
-    pub fn pose_covariance(&self, step: usize) -> Option<Matrix6<f64>> {
-        let covariance = self.map.smoother.covariance(Key::Robot(step))?;
-        Some(Matrix6::from_column_slice(covariance.as_slice()))
-    }
-
-    /// The maximum and the marginals of all variables.
-    pub fn smoother(&self) -> &Smoother<'m> {
-        &self.map.smoother
-    }
-
-    /// What was not used so far, or not fully.
-    pub fn dropped(&self) -> Dropped {
-        self.map.dropped
-    }
-}
-
-impl<'m> Map<'m> {
     /// A new pose, by the first motion that reaches it from an earlier one; the first is the origin.
-    fn move_robot(&mut self, step: usize, odometry: &[Odometry], settings: &OdometrySettings) {
+    pub fn move_robot(&mut self, step: usize, odometry: &[Odometry], settings: &OdometrySettings) {
         let mut graph = Graph::default();
         let mut first = Values::default();
         if step == 0 {
@@ -236,7 +98,7 @@ impl<'m> Map<'m> {
     }
 
     /// Takes in a detection.
-    fn see(&mut self, problem: &Problem<'_>, index: usize) -> Result<(), EstimateError> {
+    pub fn see(&mut self, problem: &Problem<'_>, index: usize) -> Result<(), EstimateError> {
         let detection = &problem.observations.detections[index];
         let Some(sighting) = Sighting::new(&problem.observations.camera, index, detection) else {
             self.dropped.truncated += 1;
@@ -268,7 +130,7 @@ impl<'m> Map<'m> {
     }
 
     /// Looks for the orientation of the object that has waited longest, among all that was seen of it; false where none waits.
-    fn orient_next(&mut self, problem: &Problem<'_>) -> Result<bool, EstimateError> {
+    pub fn orient_next(&mut self, problem: &Problem<'_>) -> Result<bool, EstimateError> {
         let Some(number) = self.due.pop_front() else { return Ok(false) };
         let Some(mut track) = self.tracks.remove(&number) else { return Ok(true) };
         let mut first = self.smoother.values().clone();
@@ -363,7 +225,7 @@ impl<'m> Map<'m> {
     }
 
     /// Takes in a sighting of a landmark.
-    fn see_landmark(&mut self, problem: &Problem<'_>, sighting: LandmarkSighting) {
+    pub fn see_landmark(&mut self, problem: &Problem<'_>, sighting: LandmarkSighting) {
         let values = self.smoother.values();
         let landmark = self.landmarks.entry(sighting.landmark).or_default();
         let mut graph = Graph::default();

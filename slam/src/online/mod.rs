@@ -1,0 +1,113 @@
+//! The posterior after every step, as a robot has it: what is observed enters once, and is kept as a factor.
+
+mod map;
+mod step;
+
+pub use map::Reading;
+pub use step::StepObservations;
+
+use crate::estimate::Dropped;
+use crate::incremental::{Smoother, Update};
+use crate::input::{EstimateError, check_observations};
+use crate::problem::Problem;
+use crate::settings::{GeometrySettings, OdometrySettings};
+use crate::variable::Key;
+use map::Map;
+use nalgebra::Matrix6;
+use vantage_dataset::{Camera, Observations, Pose};
+
+/// The posterior of the steps so far.
+pub struct Online<'m> {
+    odometry: OdometrySettings,
+    geometry: Option<GeometrySettings>,
+    observations: Observations,
+    map: Map<'m>,
+}
+
+impl<'m> Online<'m> {
+    /// Before the first step of a robot with a camera; without `geometry` by odometry alone, without `reading` without crops.
+    pub(crate) fn new(
+        odometry: OdometrySettings,
+        geometry: Option<GeometrySettings>,
+        reading: Option<Reading<'m>>,
+        (camera, robot_from_camera): (Camera, Pose),
+    ) -> Self {
+        let observations = Observations {
+            timestamps: Vec::new(),
+            camera,
+            robot_from_camera,
+            odometry: Vec::new(),
+            detections: Vec::new(),
+            landmarks: Vec::new(),
+        };
+        Self { odometry, geometry, observations, map: Map::new(reading) }
+    }
+
+    /// Steps taken in.
+    pub fn steps(&self) -> usize {
+        self.observations.steps()
+    }
+
+    /// Takes in the next step, and brings the posterior up to date; nothing changes where what is observed is refused.
+    pub fn advance(&mut self, new: StepObservations) -> Result<Update, EstimateError> {
+        let step = self.steps();
+        let StepObservations { timestamp, odometry, mut detections, landmarks } = new;
+        detections.sort_by_key(|detection| detection.track);
+        let mut timestamps = self.observations.timestamps.clone();
+        timestamps.push(timestamp);
+        let alone = Observations { timestamps, odometry, detections, landmarks, ..self.observations };
+        check_observations(&alone, &self.odometry)?;
+        let Observations { odometry, detections, landmarks, .. } = alone;
+        if step > 0 && odometry.is_empty() {
+            return Err(EstimateError::Unreached { step });
+        }
+
+        self.observations.timestamps.push(timestamp);
+        self.map.move_robot(step, &odometry, &self.odometry);
+        let first = self.observations.detections.len();
+        self.observations.detections.extend(detections);
+        if let Some(geometry) = &self.geometry {
+            let problem = Problem { observations: &self.observations, settings: geometry };
+            for index in first..self.observations.detections.len() {
+                self.map.see(&problem, index)?;
+            }
+            for sighting in landmarks {
+                self.map.see_landmark(&problem, sighting);
+            }
+            self.map.orient_next(&problem)?;
+        }
+        self.map.smoother.update().map_err(|_| EstimateError::Indefinite { step })
+    }
+
+    /// Looks for all orientations that wait, and linearises anew until no residual is farther than `relinearization` from its
+    /// linearisation; false where one is after `rounds`.
+    pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, EstimateError> {
+        if let Some(geometry) = &self.geometry {
+            let problem = Problem { observations: &self.observations, settings: geometry };
+            while self.map.orient_next(&problem)? {}
+        }
+        let step = self.steps().saturating_sub(1);
+        self.map.smoother.settle(relinearization, rounds).map_err(|_| EstimateError::Indefinite { step })
+    }
+
+    /// The robot's pose at a step in the frame of its first.
+    pub fn world_from_robot(&self, step: usize) -> Option<Pose> {
+        self.map.smoother.values().pose(Key::Robot(step)).copied()
+    }
+
+    /// Covariance of the right perturbation of the robot's pose at a step, rotation first.
+    pub fn pose_covariance(&self, step: usize) -> Option<Matrix6<f64>> {
+        let covariance = self.map.smoother.covariance(Key::Robot(step))?;
+        Some(Matrix6::from_column_slice(covariance.as_slice()))
+    }
+
+    /// The maximum and the marginals of all variables.
+    pub fn smoother(&self) -> &Smoother<'m> {
+        &self.map.smoother
+    }
+
+    /// What was not used so far, or not fully.
+    pub fn dropped(&self) -> Dropped {
+        self.map.dropped
+    }
+}
