@@ -45,7 +45,7 @@ pub fn line(
     })?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let (episodes, answers) = drive(&pipeline, &seeds, &models, &methods, &mut record)?;
-    let online = match step_by_step {
+    let online = match step_by_step && pipeline.drives() {
         true => record.timed("online", || online(&pipeline, &episodes, &methods))?,
         false => Vec::new(),
     };
