@@ -84,19 +84,24 @@ fn a_predictive_model_makes_the_semantic_rows_under_its_own_name() {
     assert!(scene.path("out/scenes/small/0/viewpoint_predictive.tum").exists());
 }
 
+const PAIRS: (&str, &str) = ("estimator: {}", "estimator: { rows: [geometric, viewpoint_pairs] }");
+
 #[test]
 fn pairs_of_views_are_a_row_of_predictive_models_alone() {
-    let rows = ("estimator: {}", "estimator: { rows: [geometric, viewpoint_pairs] }");
-    let scene = with_objective_and("viewpoint_predictive", &[rows]);
+    let scene = SmallScene::new(&[PAIRS, ("models/objects", "models/predictive")]);
     scene.run().expect(0, &[]);
     let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
     assert!(tables.matches("| viewpoint_pairs").count() > 2, "{tables}");
     let calibrated = Finished::of(scene.on(&["calibrate"], "scene.yaml").arg("2"));
     calibrated.expect(0, &[]);
     assert!(calibrated.stdout.contains("viewpoint_pairs 1, with a discrepancy"), "{}", calibrated.stdout);
-    let told = ["row viewpoint_pairs", "viewpoint_predictive", "estimator.rows"];
-    with_objective_and("viewpoint_dependent", &[rows]).run().expect(2, &told);
-    SmallScene::new(&[rows]).run().expect(2, &told);
+    SmallScene::new(&[PAIRS]).run().expect(2, &["row viewpoint_pairs", "--model", "estimator.rows"]);
+}
+
+#[test]
+fn a_scene_that_would_train_a_model_of_single_views_is_refused_before_it_does_where_a_row_reads_pairs() {
+    let told = ["row viewpoint_pairs", "objective to viewpoint_predictive", "estimator.rows"];
+    with_objective_and("viewpoint_dependent", &[PAIRS]).run().expect(2, &told);
 }
 
 #[test]
