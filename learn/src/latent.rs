@@ -90,6 +90,21 @@ impl LatentLayout {
         }
         turned
     }
+
+    /// The derivative of [`LatentLayout::turned`] by the angle, at a latent that is turned already.
+    ///
+    /// # Panics
+    /// If `latent` is not of this layout's dimension.
+    pub fn by_angle(&self, latent: &DVector<f64>) -> DVector<f64> {
+        assert_eq!(latent.len(), self.dimension(), "a latent of another layout");
+        let mut derivative = DVector::zeros(latent.len());
+        for pair in 0..self.pairs() {
+            let (x, y) = (self.invariant + pair, self.invariant + self.pairs() + pair);
+            let m = self.harmonic(pair) as f64;
+            (derivative[x], derivative[y]) = (-m * latent[y], m * latent[x]);
+        }
+        derivative
+    }
 }
 
 #[cfg(test)]
@@ -122,6 +137,14 @@ mod tests {
         assert_relative_eq!(layout.turned(&turned, -0.8), e, epsilon = 1e-12);
         assert_relative_eq!(layout.turned(&turned, 0.5), layout.turned(&e, 1.3), epsilon = 1e-12);
         assert_relative_eq!(layout.turned(&e, 2.0 * std::f64::consts::PI), e, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn the_derivative_of_a_turn_is_that_of_differences() {
+        let layout = LatentLayout::new(40, 3).unwrap();
+        let e = latent(layout);
+        let numeric = (layout.turned(&e, 0.8 + 1e-6) - layout.turned(&e, 0.8 - 1e-6)) / 2e-6;
+        assert_relative_eq!(layout.by_angle(&layout.turned(&e, 0.8)), numeric, epsilon = 1e-8);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use nalgebra::DVector;
 use std::collections::BTreeSet;
 use std::path::Path;
 use vantage_dataset::{Crop, InstanceId, Viewpoint};
-use vantage_model::LatentGaussian;
+use vantage_model::{LatentGaussian, PairModel};
 
 /// What a model folder holds.
 #[derive(Debug)]
@@ -79,6 +79,14 @@ impl Model {
             Model::ViewpointDependent(model) => Some(model),
             Model::Turning(model) => Some(model),
             Model::ViewpointPredictive(_) | Model::Embedding(_) => None,
+        }
+    }
+
+    /// The model as one of pairs of views, Eq. 15; of those with [`Model::viewing`], the viewpoint-predictive ones have it.
+    pub fn pairs(&self) -> Option<&dyn PairModel> {
+        match self {
+            Model::Turning(model) => Some(model),
+            Model::ViewpointDependent(_) | Model::ViewpointPredictive(_) | Model::Embedding(_) => None,
         }
     }
 

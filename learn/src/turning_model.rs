@@ -1,6 +1,7 @@
-//! A viewpoint-predictive model whose latent turns, as one of looks: seen from a viewpoint is a change of viewpoint from
-//! azimuth 0, without a first view.
+//! A viewpoint-predictive model whose latent turns, as one of pairs of views and as one of looks: seen from a viewpoint is a change of
+//! viewpoint from azimuth 0, without a first view.
 
+use crate::change::object_centred_change;
 use crate::error::ModelError;
 use crate::latent::{Latent, LatentLayout};
 use crate::predictive_model::PredictiveModel;
@@ -9,8 +10,10 @@ use crate::viewing::Viewing;
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Crop, Viewpoint};
+use vantage_model::linearization::harmonics_by_angle;
 use vantage_model::{
-    AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
+    AnswerError, FirstView, LatentGaussian, Linearization, MeasurementNoise, ObservationModel,
+    PairLinearization, PairModel, ViewpointDerivative,
 };
 
 /// `p(m | e, x_rel)` as `p(m' | nothing, e, Delta X)` of Eq. 15-20, latents in the object's frame.
@@ -76,6 +79,55 @@ impl ObservationModel for TurningModel {
         d_conditioning.columns_mut(2 * HARMONICS, upright).copy_from(&of_view);
         let d_viewpoint = ViewpointDerivative::new(d_conditioning);
         Ok(Linearization { mean: at.measurement, d_latent: at.d_latent, d_viewpoint })
+    }
+}
+
+impl PairModel for TurningModel {
+    fn predict_pair(
+        &self,
+        latent: &DVector<f64>,
+        first: FirstView<'_>,
+        second: &Viewpoint,
+    ) -> Result<DVector<f64>, AnswerError> {
+        let change = object_centred_change(first.viewpoint, second);
+        let latent = self.layout.turned(latent, -first.viewpoint.azimuth());
+        Ok(self.model.predict(&latent, first.measurement, &change)?)
+    }
+
+    /// The network's latent is in the first view's frame, so that it turns with the first azimuth, too.
+    fn linearize_pair(
+        &self,
+        latent: &DVector<f64>,
+        first: FirstView<'_>,
+        second: &Viewpoint,
+    ) -> Result<PairLinearization, AnswerError> {
+        let azimuth = first.viewpoint.azimuth();
+        let change = object_centred_change(first.viewpoint, second);
+        let latent = self.layout.turned(latent, -azimuth);
+        let at = self.model.linearize(&latent, first.measurement, &change)?;
+        let rows =
+            at.d_latent.row_iter().map(|row| self.layout.turned(&row.transpose(), azimuth).transpose());
+        let d_latent = DMatrix::from_rows(&rows.collect::<Vec<_>>());
+        let (turning, upright) = (2 * HARMONICS, CONDITIONING - 2 * HARMONICS);
+        let by_turn = at.d_change.columns(0, turning) * harmonics_by_angle(&change[..turning]);
+        let by_latent = &at.d_latent * self.layout.by_angle(&latent);
+        let by_first_upright = at.d_change.columns(turning, upright).into_owned();
+        let by_second_upright = at.d_change.columns(turning + upright, upright).into_owned();
+        Ok(PairLinearization {
+            mean: at.measurement,
+            d_latent,
+            d_first_measurement: at.d_measurement,
+            d_first_viewpoint: ViewpointDerivative::by_azimuth_and_upright(
+                first.viewpoint,
+                &-(&by_turn + by_latent),
+                &by_first_upright,
+            ),
+            d_second_viewpoint: ViewpointDerivative::by_azimuth_and_upright(
+                second,
+                &by_turn,
+                &by_second_upright,
+            ),
+        })
     }
 }
 

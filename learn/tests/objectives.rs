@@ -9,12 +9,13 @@ use nalgebra::{DVector, Point3, Vector3};
 use std::path::Path;
 use support::{tiny_spec, trained, training_views, validation_views};
 use vantage_dataset::sighting::DIAMETER_PER_BOX;
-use vantage_dataset::{Pose, Sighting, Split, ViewSet};
+use vantage_dataset::viewpoint::CONDITIONING;
+use vantage_dataset::{Pose, Sighting, Split, ViewSet, Viewpoint};
 use vantage_learn::{
     CURVE_TABLE, ClassSpec, InstanceTerm, Kind, Model, Motion, Objective, Pairs, PredictiveSpec, Progress,
     Stage, TrainError, TrainingSpec, TrunkTarget,
 };
-use vantage_model::LatentGaussian;
+use vantage_model::{FirstView, LatentGaussian};
 
 /// The same views in two sessions of a robot whose odometry is right but for a heading of its own; the objects are 1 metre
 /// large.
@@ -117,6 +118,69 @@ fn a_predictive_model_as_one_of_looks_turns_with_the_object() {
         (&by_latent - &differences).norm() < 2e-2 * (0.1 + differences.norm()),
         "{by_latent} {differences}"
     );
+}
+
+#[test]
+fn a_predictive_model_as_one_of_pairs_turns_with_the_object_and_has_the_derivatives_of_differences() {
+    let set = toured(training_views());
+    let folder = tempfile::tempdir().unwrap();
+    trained_on(&set, &predictive(PredictiveSpec::default()), folder.path()).unwrap();
+    let model = Model::load(folder.path()).unwrap();
+    let pairs = model.pairs().unwrap();
+    let (view, second) = (&set.views[0], set.views[1].viewpoint.turned(0.4));
+    let latent = pairs.encode(&view.crop, &view.viewpoint).unwrap().mean;
+    let measurement = pairs.measure(&view.crop).unwrap();
+    let predicted = |latent: &DVector<f64>, measurement: &DVector<f64>, first, second| {
+        pairs.predict_pair(latent, FirstView { measurement, viewpoint: &first }, &second).unwrap()
+    };
+    let here = predicted(&latent, &measurement, view.viewpoint, second);
+    let alone = pairs.predict(&latent, &second).unwrap();
+    assert!((&here - alone).norm() > 1e-4, "the first view tells nothing");
+    let turned = model.manifest().latent.steerable.unwrap().turned(&latent, 1.1);
+    let same = predicted(&turned, &measurement, view.viewpoint.turned(1.1), second.turned(1.1));
+    assert!((&here - &same).norm() < 1e-4 * (1.0 + here.norm()), "{here} {same}");
+
+    let first = FirstView { measurement: &measurement, viewpoint: &view.viewpoint };
+    let at = pairs.linearize_pair(&latent, first, &second).unwrap();
+    assert!((&at.mean - &here).norm() < 1e-4);
+    let along = |dimension: usize| DVector::from_fn(dimension, |i, _| libm::cos(i as f64));
+    let (of_latent, of_measurement) = (along(latent.len()), along(measurement.len()));
+    let lifted = |viewpoint: Viewpoint, by: f64| Viewpoint {
+        roll: viewpoint.roll + by,
+        log_distance: viewpoint.log_distance + by,
+        ..viewpoint
+    };
+    let by_lift = |viewpoint: &Viewpoint| {
+        let mut by = DVector::zeros(CONDITIONING);
+        let (s, c) = libm::sincos(viewpoint.roll);
+        by.rows_mut(CONDITIONING - 3, 3).copy_from_slice(&[-s, c, 1.0]);
+        by
+    };
+    let (m, x) = (&measurement, view.viewpoint);
+    type Moved<'a> = &'a dyn Fn(f64) -> DVector<f64>;
+    let checked: [(&str, DVector<f64>, Moved); 6] = [
+        ("latent", &at.d_latent * &of_latent, &|by| predicted(&(&latent + &of_latent * by), m, x, second)),
+        ("measurement", &at.d_first_measurement * &of_measurement, &|by| {
+            predicted(&latent, &(m + &of_measurement * by), x, second)
+        }),
+        ("first azimuth", at.d_first_viewpoint.by_azimuth(&x), &|by| {
+            predicted(&latent, m, x.turned(by), second)
+        }),
+        ("second azimuth", at.d_second_viewpoint.by_azimuth(&second), &|by| {
+            predicted(&latent, m, x, second.turned(by))
+        }),
+        ("first upright", at.d_first_viewpoint.by_coordinates() * by_lift(&x), &|by| {
+            predicted(&latent, m, lifted(x, by), second)
+        }),
+        ("second upright", at.d_second_viewpoint.by_coordinates() * by_lift(&second), &|by| {
+            predicted(&latent, m, x, lifted(second, by))
+        }),
+    ];
+    for (what, exact, moved) in checked {
+        let differences = (moved(1e-2) - moved(-1e-2)) / 2e-2;
+        let off = (&exact - &differences).norm();
+        assert!(off < 2e-2 * (0.1 + differences.norm()), "{what}: {exact} {differences}");
+    }
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! | `x_rel` | [`Viewpoint`](vantage_dataset::Viewpoint) |
 //! | `m(z)`, `h(e, x_rel)`, `q(e \| z, x_rel)` | [`ObservationModel`] |
 //! | `p(m(z) \| c, x_rel)` of Eq. 8 | [`ClassModel`] |
+//! | `p(m(z') \| z, e, Delta X)` of Eq. 15 | [`PairModel`], [`PairLinearization`] |
 //! | an azimuth read off `z` alone | [`AzimuthSensor`] |
 //! | `N(e; mean, variance)`, and products of them | [`LatentGaussian`], [`Information`] |
 //! | derivatives of `h` to `e` and to the camera's pose | [`Linearization`], [`ViewpointDerivative`] |
@@ -24,9 +25,10 @@ mod azimuth_sensor;
 mod class_model;
 mod error;
 mod latent_gaussian;
-mod linearization;
+pub mod linearization;
 mod measurement_noise;
 mod observation_model;
+mod pair_model;
 pub mod periodic;
 pub mod student_t;
 
@@ -37,4 +39,5 @@ pub use latent_gaussian::{Information, LatentGaussian};
 pub use linearization::{Linearization, ViewpointDerivative};
 pub use measurement_noise::MeasurementNoise;
 pub use observation_model::ObservationModel;
+pub use pair_model::{FirstView, PairLinearization, PairModel};
 pub use periodic::Periodic;

@@ -18,11 +18,10 @@ pub struct Linearization {
 impl Linearization {
     /// Whether it has the shapes of M measured and D latent numbers and is finite throughout.
     pub fn is_valid(&self, measurement_dim: usize, latent_dim: usize) -> bool {
-        let by_coordinates = self.d_viewpoint.by_coordinates();
         self.mean.len() == measurement_dim
             && self.d_latent.shape() == (measurement_dim, latent_dim)
-            && by_coordinates.shape() == (measurement_dim, CONDITIONING)
-            && self.mean.iter().chain(&self.d_latent).chain(by_coordinates).all(|x| x.is_finite())
+            && self.mean.iter().chain(&self.d_latent).all(|x| x.is_finite())
+            && self.d_viewpoint.is_valid(measurement_dim)
     }
 }
 
@@ -34,6 +33,32 @@ impl ViewpointDerivative {
     /// The derivative by the viewpoint's coordinates, `[M x CONDITIONING]`.
     pub fn new(by_coordinates: DMatrix<f64>) -> Self {
         Self(by_coordinates)
+    }
+
+    /// The derivative by the azimuth, `[M]`, and by the upright numbers of [`Viewpoint::conditioning`], which follow its harmonics,
+    /// `[M x CONDITIONING - 2 HARMONICS]`.
+    pub fn by_azimuth_and_upright(
+        viewpoint: &Viewpoint,
+        by_azimuth: &DVector<f64>,
+        by_upright: &DMatrix<f64>,
+    ) -> Self {
+        // d azimuth = cos d(sin) - sin d(cos), by the first two coordinates alone.
+        let (sin, cos) = libm::sincos(viewpoint.azimuth());
+        let mut by_coordinates = DMatrix::zeros(by_azimuth.len(), CONDITIONING);
+        by_coordinates.set_column(0, &(by_azimuth * -sin));
+        by_coordinates.set_column(1, &(by_azimuth * cos));
+        by_coordinates.columns_mut(2 * HARMONICS, by_upright.ncols()).copy_from(by_upright);
+        Self(by_coordinates)
+    }
+
+    /// The derivative by the upright numbers.
+    pub fn by_upright(&self) -> DMatrix<f64> {
+        self.0.columns(2 * HARMONICS, CONDITIONING - 2 * HARMONICS).into_owned()
+    }
+
+    /// Whether it has the shape of M measured numbers and is finite throughout.
+    pub fn is_valid(&self, measurement_dim: usize) -> bool {
+        self.0.shape() == (measurement_dim, CONDITIONING) && self.0.iter().all(|x| x.is_finite())
     }
 
     /// `[M x CONDITIONING]`.
@@ -54,13 +79,13 @@ impl ViewpointDerivative {
 
     /// `d h / d azimuth`, `[M]`, per radian.
     pub fn by_azimuth(&self, viewpoint: &Viewpoint) -> DVector<f64> {
-        &self.0 * conditioning_by_azimuth(&viewpoint.conditioning())
+        &self.0 * harmonics_by_angle(&viewpoint.conditioning())
     }
 }
 
-/// The derivative of [`Viewpoint::conditioning`] by the azimuth.
-fn conditioning_by_azimuth(x: &[f64; CONDITIONING]) -> DVector<f64> {
-    let mut derivative = DVector::zeros(CONDITIONING);
+/// The derivative by an angle of numbers that begin with its harmonics, `[cos m a, sin m a for m = 1..=5, ..]`, the rest constant.
+pub fn harmonics_by_angle(x: &[f64]) -> DVector<f64> {
+    let mut derivative = DVector::zeros(x.len());
     for m in 1..=HARMONICS {
         derivative[2 * m - 2] = -(m as f64) * x[2 * m - 1];
         derivative[2 * m - 1] = m as f64 * x[2 * m - 2];
@@ -80,7 +105,7 @@ mod tests {
         let viewpoint = Viewpoint { direction, roll: 0.1, log_distance: 0.7 };
         let (step, x) = (1e-6, viewpoint.conditioning());
         let (ahead, behind) = (viewpoint.turned(step).conditioning(), viewpoint.turned(-step).conditioning());
-        let derivative = conditioning_by_azimuth(&x);
+        let derivative = harmonics_by_angle(&x);
         for i in 0..CONDITIONING {
             let measured = (ahead[i] - behind[i]) / (2.0 * step);
             assert!((derivative[i] - measured).abs() < 1e-8, "{i}: {} {measured}", derivative[i]);

@@ -6,31 +6,30 @@
 //!
 //! A model errs along the curve that the measurement draws as the azimuth grows, and alike in neighbouring views of an object: a
 //! discrepancy in the sense of Kennedy and O'Hagan (2001), not noise. As `b` stands beside `e` in the latent, many views from one side
-//! tell no more than that discrepancy lets them.
+//! tell no more than that discrepancy lets them. Of a pair of views, both are turned by it.
 
 use crate::settings::AzimuthDiscrepancy;
 use nalgebra::{DMatrix, DVector};
-use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Crop, Viewpoint};
 use vantage_model::periodic::{self, FEATURES};
 use vantage_model::{
-    AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, Periodic,
-    ViewpointDerivative,
+    AnswerError, FirstView, LatentGaussian, Linearization, MeasurementNoise, ObservationModel,
+    PairLinearization, PairModel, Periodic, ViewpointDerivative,
 };
 
 /// A variance that says nothing.
 const UNKNOWN: f64 = 1e150;
 
 /// A model with its discrepancy; the latent is that of the model, and then `b`.
-pub struct Discrepant<'m> {
-    model: &'m dyn ObservationModel,
+pub struct Discrepant<'m, M: ?Sized> {
+    model: &'m M,
     sigma: f64,
     functions: Periodic,
 }
 
-impl<'m> Discrepant<'m> {
+impl<'m, M: ObservationModel + ?Sized> Discrepant<'m, M> {
     /// Of `model`.
-    pub fn new(model: &'m dyn ObservationModel, discrepancy: &AzimuthDiscrepancy) -> Self {
+    pub fn new(model: &'m M, discrepancy: &AzimuthDiscrepancy) -> Self {
         let AzimuthDiscrepancy { sigma, concentration } = *discrepancy;
         Self { model, sigma, functions: Periodic::new(concentration) }
     }
@@ -54,7 +53,34 @@ struct Off {
     by_coefficients: [f64; FEATURES],
 }
 
-impl ObservationModel for Discrepant<'_> {
+impl Off {
+    /// The derivatives by the coefficients, `[M x FEATURES]`, and by the viewpoint, of a prediction whose derivative by the `turned`
+    /// viewpoint is known.
+    fn chained(
+        &self,
+        viewpoint: &Viewpoint,
+        turned: &Viewpoint,
+        by_turned: &ViewpointDerivative,
+    ) -> (DMatrix<f64>, ViewpointDerivative) {
+        let by_angle = by_turned.by_azimuth(turned);
+        let by_coefficients =
+            DMatrix::from_fn(by_angle.len(), FEATURES, |i, j| by_angle[i] * self.by_coefficients[j]);
+        let by_azimuth = by_angle * (1.0 + self.by_azimuth);
+        let by_upright = by_turned.by_upright();
+        let of_viewpoint = ViewpointDerivative::by_azimuth_and_upright(viewpoint, &by_azimuth, &by_upright);
+        (by_coefficients, of_viewpoint)
+    }
+}
+
+/// `[left | right]`.
+fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut whole = DMatrix::zeros(left.nrows(), left.ncols() + right.ncols());
+    whole.columns_mut(0, left.ncols()).copy_from(left);
+    whole.columns_mut(left.ncols(), right.ncols()).copy_from(right);
+    whole
+}
+
+impl<M: ObservationModel + ?Sized> ObservationModel for Discrepant<'_, M> {
     fn latent_dim(&self) -> usize {
         self.model.latent_dim() + FEATURES
     }
@@ -86,21 +112,45 @@ impl ObservationModel for Discrepant<'_> {
         let (own, off) = self.off(latent, viewpoint);
         let turned = viewpoint.turned(off.angle);
         let Linearization { mean, d_latent, d_viewpoint } = self.model.linearize(&own, &turned)?;
-        let by_angle = d_viewpoint.by_azimuth(&turned);
-        let mut whole = DMatrix::zeros(mean.len(), d_latent.ncols() + FEATURES);
-        whole.columns_mut(0, d_latent.ncols()).copy_from(&d_latent);
-        for (i, x) in off.by_coefficients.iter().enumerate() {
-            whole.set_column(d_latent.ncols() + i, &(&by_angle * *x));
-        }
-        // d azimuth = cos d(sin) - sin d(cos), by the first two coordinates alone.
-        let (sin, cos) = libm::sincos(viewpoint.azimuth());
-        let by_azimuth = by_angle * (1.0 + off.by_azimuth);
-        let mut by_coordinates = DMatrix::zeros(mean.len(), CONDITIONING);
-        by_coordinates.set_column(0, &(&by_azimuth * -sin));
-        by_coordinates.set_column(1, &(&by_azimuth * cos));
-        for tail in 2 * HARMONICS..CONDITIONING {
-            by_coordinates.set_column(tail, &d_viewpoint.by_coordinates().column(tail));
-        }
-        Ok(Linearization { mean, d_latent: whole, d_viewpoint: ViewpointDerivative::new(by_coordinates) })
+        let (by_coefficients, d_viewpoint) = off.chained(viewpoint, &turned, &d_viewpoint);
+        Ok(Linearization { mean, d_latent: beside(&d_latent, &by_coefficients), d_viewpoint })
+    }
+}
+
+impl<M: PairModel + ?Sized> PairModel for Discrepant<'_, M> {
+    fn pair_noise(&self) -> &MeasurementNoise {
+        self.model.pair_noise()
+    }
+
+    fn predict_pair(
+        &self,
+        latent: &DVector<f64>,
+        first: FirstView<'_>,
+        second: &Viewpoint,
+    ) -> Result<DVector<f64>, AnswerError> {
+        let (own, off) = self.off(latent, first.viewpoint);
+        let (_, second_off) = self.off(latent, second);
+        let first = FirstView { viewpoint: &first.viewpoint.turned(off.angle), ..first };
+        self.model.predict_pair(&own, first, &second.turned(second_off.angle))
+    }
+
+    fn linearize_pair(
+        &self,
+        latent: &DVector<f64>,
+        first: FirstView<'_>,
+        second: &Viewpoint,
+    ) -> Result<PairLinearization, AnswerError> {
+        let (own, first_off) = self.off(latent, first.viewpoint);
+        let (_, second_off) = self.off(latent, second);
+        let [first_turned, second_turned] =
+            [first.viewpoint.turned(first_off.angle), second.turned(second_off.angle)];
+        let turned = FirstView { viewpoint: &first_turned, ..first };
+        let at = self.model.linearize_pair(&own, turned, &second_turned)?;
+        let (by_first, d_first_viewpoint) =
+            first_off.chained(first.viewpoint, &first_turned, &at.d_first_viewpoint);
+        let (by_second, d_second_viewpoint) =
+            second_off.chained(second, &second_turned, &at.d_second_viewpoint);
+        let d_latent = beside(&at.d_latent, &(by_first + by_second));
+        Ok(PairLinearization { d_latent, d_first_viewpoint, d_second_viewpoint, ..at })
     }
 }

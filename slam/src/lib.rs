@@ -5,6 +5,7 @@
 //!                                     prod_ki P(z^g_ki | x_k, o_i)         factor::{bearing, box_edges, depth}, Eq. 6
 //!                                     prod_kj P(z^g_kj | x_k, l_j)         factor::projection, Eq. 6
 //!                                     prod_ki P(z^s_ki | e_i, x_rel_ki)    factor::semantic, Eq. 9-10
+//!                                  or P(z^s_k'i | z^s_ki, e_i, Delta X)    factor::pair, Eq. 15
 //!                                     prod_i  P(o_i) P(e_i)                factor::{upright, prior}
 //! ```
 //!
@@ -15,7 +16,7 @@
 //! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
-//! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
+//! | p(z \| e, x_rel), q(e \| z, x_rel), p(z' \| z, e, Delta X) | [`vantage_model::ObservationModel`], [`vantage_model::PairModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |
 //! | start values | [`initial`], [`mapping`], [`orientation`], [`yaw`] |
@@ -62,7 +63,7 @@ pub use estimate::{
     UnresolvedReason,
 };
 pub use estimator::{
-    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Semantic, Uninformative,
+    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Semantic, Uninformative, ViewpointPairs,
 };
 pub use input::EstimateError;
 pub use online::{Online, StepObservations};

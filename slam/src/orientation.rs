@@ -110,7 +110,7 @@ pub fn modes(
 }
 
 /// The mean latent of the views if the object's yaw is `yaw`.
-fn encode(
+pub(crate) fn encode(
     semantics: &Semantics<'_, '_>,
     views: &[SemanticView],
     yaw: f64,
@@ -129,7 +129,7 @@ fn encode(
 }
 
 /// At most `most` views, evenly spread over their order.
-fn spread(views: &[SemanticView], most: usize) -> Vec<SemanticView> {
+pub(crate) fn spread(views: &[SemanticView], most: usize) -> Vec<SemanticView> {
     if views.len() <= most {
         return views.to_vec();
     }

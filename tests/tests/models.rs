@@ -54,6 +54,11 @@ fn faults_are_told_with_their_place_and_end_with_5() {
 
 /// The small scene with a model of its own, hardly trained.
 fn with_objective(objective: &str) -> SmallScene {
+    with_objective_and(objective, &[])
+}
+
+/// Likewise, with other changes.
+fn with_objective_and(objective: &str, others: &[(&str, &str)]) -> SmallScene {
     let model = format!(
         "training:\n  seed: 1\n  model: {{ objective: {objective}, trunk_steps: 2, steps: 2, batch: 4, \
          trunk_batch: 16, measurement_dim: 8, latent_dim: 30, pairs_per_harmonic: 2 }}"
@@ -61,11 +66,12 @@ fn with_objective(objective: &str) -> SmallScene {
     let odometry = "occluder_probability: 0.5\n  odometry: { translation_per_metre: 0.03, rotation_deg_per_metre: 3, \
                     rotation_per_radian: 0.02, out_of_plane: 0.1, bias_translation_per_metre: 0, \
                     bias_rotation_deg_per_metre: 0 }";
-    SmallScene::new(&[
-        ("training:\n  seed: 1", &model),
+    let changes = [
+        ("training:\n  seed: 1", &model[..]),
         ("  reference:", "  # reference:"),
         ("occluder_probability: 0.5", odometry),
-    ])
+    ];
+    SmallScene::new(&[&changes, others].concat())
 }
 
 #[test]
@@ -76,6 +82,26 @@ fn a_predictive_model_makes_the_semantic_rows_under_its_own_name() {
     assert!(tables.matches("| viewpoint_predictive").count() > 5, "{tables}");
     assert!(!tables.contains("viewpoint_dependent"), "{tables}");
     assert!(scene.path("out/scenes/small/0/viewpoint_predictive.tum").exists());
+}
+
+const PAIRS: (&str, &str) = ("estimator: {}", "estimator: { rows: [geometric, viewpoint_pairs] }");
+
+#[test]
+fn pairs_of_views_are_a_row_of_predictive_models_alone() {
+    let scene = SmallScene::new(&[PAIRS, ("models/objects", "models/predictive")]);
+    scene.run().expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
+    assert!(tables.matches("| viewpoint_pairs").count() > 2, "{tables}");
+    let calibrated = Finished::of(scene.on(&["calibrate"], "scene.yaml").arg("2"));
+    calibrated.expect(0, &[]);
+    assert!(calibrated.stdout.contains("viewpoint_pairs 1, with a discrepancy"), "{}", calibrated.stdout);
+    SmallScene::new(&[PAIRS]).run().expect(2, &["row viewpoint_pairs", "--model", "estimator.rows"]);
+}
+
+#[test]
+fn a_scene_that_would_train_a_model_of_single_views_is_refused_before_it_does_where_a_row_reads_pairs() {
+    let told = ["row viewpoint_pairs", "objective to viewpoint_predictive", "estimator.rows"];
+    with_objective_and("viewpoint_dependent", &[PAIRS]).run().expect(2, &told);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use vantage_dataset::store::StoreError;
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::readout::Readouts;
-use vantage_learn::{Kind, MANIFEST, Model, Role, Viewing};
+use vantage_learn::{Kind, MANIFEST, Model, Objective, Role, Viewing};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -35,7 +35,11 @@ impl LoadedModel {
 
     /// What rows read crops by.
     pub fn reader(&self) -> Reader<'_> {
-        Reader { model: self.viewing(), readouts: self.readouts.as_ref().map(|(readouts, _)| readouts) }
+        Reader {
+            model: self.viewing(),
+            pairs: self.model.pairs(),
+            readouts: self.readouts.as_ref().map(|(readouts, _)| readouts),
+        }
     }
 
     /// Refuses to score instances that the model has seen.
@@ -152,6 +156,10 @@ pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, 
     if folder.is_none() && !pipeline.file.training.model.is_viewing() {
         return Err(ModelRefusal::ObjectiveNotViewing { scene: pipeline.file.name.clone() }.into());
     }
+    let objective = pipeline.file.training.model.objective;
+    if folder.is_none() && reads_pairs(pipeline) && objective != Objective::ViewpointPredictive {
+        return Err(ModelRefusal::ObjectiveNotOfPairs { scene: pipeline.file.name.clone() }.into());
+    }
     load(pipeline, &named_or_trained(pipeline, folder)?)
 }
 
@@ -179,6 +187,9 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
     if model.viewing().is_none() {
         return Err(ModelRefusal::NotViewing { folder: folder.to_owned(), kind }.into());
     }
+    if reads_pairs(pipeline) && model.pairs().is_none() {
+        return Err(ModelRefusal::NotOfPairs { folder: folder.to_owned(), kind }.into());
+    }
     let jacobian = match kind {
         Kind::ViewpointPredictive => Role::PredictorJacobian,
         _ => Role::DecoderJacobian,
@@ -191,6 +202,10 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
     let is_read = pipeline.file.estimator.rows.iter().any(|row| row.reads_out());
     let readouts = if is_read { Some(readouts(pipeline, &model)?) } else { None };
     Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned(), readouts })
+}
+
+fn reads_pairs(pipeline: &Pipeline) -> bool {
+    pipeline.file.estimator.rows.iter().any(|row| row.reads_pairs())
 }
 
 /// A model of any kind, with a note where its views were others than the scene's.

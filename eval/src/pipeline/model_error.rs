@@ -61,6 +61,26 @@ pub enum ModelRefusal {
         /// Its name.
         scene: String,
     },
+    /// A row reads pairs of views, and the model tells single ones alone.
+    #[error(
+        "the model in {} is of kind {kind} and tells no view from another, as the row viewpoint_pairs needs it; name a \
+         viewpoint_predictive one by --model, or leave the row out of estimator.rows", folder.display()
+    )]
+    NotOfPairs {
+        /// The model's folder.
+        folder: PathBuf,
+        /// Its kind.
+        kind: Kind,
+    },
+    /// Likewise of a scene whose own model would tell single views alone.
+    #[error(
+        "scene {scene}: training.model makes a model that tells no view from another, as the row viewpoint_pairs needs it. Set its \
+         objective to viewpoint_predictive, name such a model by --model, or leave the row out of estimator.rows"
+    )]
+    ObjectiveNotOfPairs {
+        /// Its name.
+        scene: String,
+    },
     /// A row needs read-outs, and there are too few views to fit them on.
     #[error(
         "scene {scene}: {views} validation views are too few to fit the read-outs of rows azimuth_head and discrete_class on; raise \

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
-use vantage_model::ObservationModel;
+use vantage_model::{ObservationModel, PairModel};
 use vantage_slam::{
     AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Semantic,
-    SemanticSettings, Settings, Uninformative,
+    SemanticSettings, Settings, Uninformative, ViewpointPairs,
 };
 
 /// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
@@ -32,6 +32,8 @@ fn rival(settings: &Settings, information: f64) -> Settings {
 pub struct Reader<'m> {
     /// The model.
     pub model: &'m dyn ObservationModel,
+    /// The same as one of pairs of views, which is there where a row [reads them](Row::reads_pairs).
+    pub pairs: Option<&'m dyn PairModel>,
     /// Its read-outs, which are there where a row [reads one](Row::reads_out).
     pub readouts: Option<&'m Readouts>,
 }
@@ -39,6 +41,10 @@ pub struct Reader<'m> {
 impl<'m> Reader<'m> {
     fn readouts(&self) -> &'m Readouts {
         self.readouts.expect("they are fitted where a row reads one")
+    }
+
+    fn pairs(&self) -> &'m dyn PairModel {
+        self.pairs.expect("other models are refused where a row reads pairs")
     }
 }
 
@@ -97,6 +103,8 @@ rows! {
     DiscreteClass => |settings, reader: Reader<'m>| {
         DiscreteClass::new(&rival(settings, 1.0), ClassReadout::new(reader.model, &reader.readouts().classes))
     };
+    /// Geometric, with the factors of two views of Eq. 15, by a viewpoint-predictive model; runs where a scene names it.
+    ViewpointPairs => |settings, reader: Reader<'m>| ViewpointPairs::new(settings, reader.pairs());
 }
 
 impl Row {
@@ -111,6 +119,11 @@ impl Row {
     /// Whether it reads a model's measurement by a read-out that is fitted on labelled views.
     pub fn reads_out(self) -> bool {
         matches!(self, Row::AzimuthHead | Row::DiscreteClass)
+    }
+
+    /// Whether it reads views in pairs, as viewpoint-predictive models alone tell them.
+    pub fn reads_pairs(self) -> bool {
+        self == Row::ViewpointPairs
     }
 
     /// Whether there is one for each model, by whose name it is printed.

@@ -7,6 +7,7 @@ mod discrete_class;
 mod geometric;
 mod hypotheses;
 mod odometry;
+mod pairs;
 mod semantic;
 mod uninformative;
 
@@ -14,6 +15,7 @@ pub use azimuth_head::AzimuthHead;
 pub use discrete_class::DiscreteClass;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;
+pub use pairs::ViewpointPairs;
 pub use semantic::Semantic;
 pub use uninformative::Uninformative;
 

@@ -20,7 +20,7 @@ use vantage_model::{AnswerError, ObservationModel};
 /// The geometric estimator's factors and those of Eq. 9-10, by one observation model.
 pub struct Semantic<'m> {
     model: &'m dyn ObservationModel,
-    discrepant: Option<Discrepant<'m>>,
+    discrepant: Option<Discrepant<'m, dyn ObservationModel + 'm>>,
     geometric: Geometric,
     semantics: SemanticSettings,
     orientation: OrientationSettings,

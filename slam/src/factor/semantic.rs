@@ -1,14 +1,15 @@
 //! The semantic measurement P(z^s | e, x_rel) of Eq. 9-10, in the reduced measurement of IV-C.
 
+use super::view::View;
 use super::{Factor, LinearFactor, finite};
 use crate::noise::Kernel;
 use crate::variable::{Key, Values};
 use nalgebra::DVector;
-use vantage_dataset::{Pose, Viewpoint, se3};
+use vantage_dataset::{Pose, Viewpoint};
 use vantage_model::ObservationModel;
 
 /// `W (m(z) - h(e, x_rel)) / noise scale` with `x_rel` the viewpoint of
-/// `object_from_camera = world_from_object^-1 world_from_robot robot_from_camera`.
+/// `object_from_camera = world_from_object^-1 world_from_robot robot_from_camera`. An object that is a centre has the world's axes.
 #[derive(Clone)]
 pub struct SemanticFactor<'m> {
     keys: [Key; 3],
@@ -42,9 +43,9 @@ impl<'m> SemanticFactor<'m> {
         Self { keys, model, measurement, robot_from_camera, object_size, scaling }
     }
 
-    fn object_from_camera(&self, values: &Values) -> Option<Pose> {
-        let world_from_camera = values.pose(self.keys[0])? * self.robot_from_camera;
-        Some(values.pose(self.keys[1])?.inv_mul(&world_from_camera))
+    fn view(&self, values: &Values) -> Option<View> {
+        let [robot, object, _] = self.keys;
+        View::of([robot, object], values, &self.robot_from_camera)
     }
 }
 
@@ -54,7 +55,7 @@ impl Factor for SemanticFactor<'_> {
     }
 
     fn residual(&self, values: &Values) -> Option<DVector<f64>> {
-        let viewpoint = Viewpoint::new(&self.object_from_camera(values)?, self.object_size)?;
+        let viewpoint = Viewpoint::new(&self.view(values)?.object_from_camera, self.object_size)?;
         let predicted = self.model.predict(values.vector(self.keys[2])?, &viewpoint).ok()?;
         if predicted.len() != self.measurement.len() {
             return None;
@@ -63,23 +64,19 @@ impl Factor for SemanticFactor<'_> {
     }
 
     fn linearize(&self, values: &Values) -> Option<LinearFactor> {
-        let object_from_camera = self.object_from_camera(values)?;
-        let viewpoint = Viewpoint::new(&object_from_camera, self.object_size)?;
+        let view = self.view(values)?;
+        let viewpoint = Viewpoint::new(&view.object_from_camera, self.object_size)?;
         let latent = values.vector(self.keys[2])?;
         let near = self.model.linearize(latent, &viewpoint).ok()?;
         if !near.is_valid(self.measurement.len(), latent.len()) {
             return None;
         }
         let whiten = self.model.noise().sqrt_information() / self.scaling.noise;
-        let d_camera = -near.d_viewpoint.by_camera(&whiten, &object_from_camera, self.object_size)?;
-        let d_robot = &d_camera * se3::adjoint(&self.robot_from_camera.inverse());
-        let d_object = -(&d_camera * se3::adjoint(&object_from_camera.inverse()));
-        let to_dynamic = |m: nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::U6>| {
-            nalgebra::DMatrix::from_column_slice(m.nrows(), 6, m.as_slice())
-        };
+        let d_camera = -near.d_viewpoint.by_camera(&whiten, &view.object_from_camera, self.object_size)?;
+        let [d_robot, d_object] = view.jacobians(&d_camera, &self.robot_from_camera);
         LinearFactor {
             residual: &whiten * (&self.measurement - near.mean),
-            jacobians: vec![to_dynamic(d_robot), to_dynamic(d_object), -(&whiten * near.d_latent)],
+            jacobians: vec![d_robot, d_object, -(&whiten * near.d_latent)],
         }
         .finite()
     }

@@ -2,16 +2,17 @@
 
 use crate::model::TanhModel;
 use crate::sensors::LinearClasses;
+use crate::steerable::Steerable;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
 use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Odometry, Pose, Seed, Stream, Tangent, se3};
-use vantage_model::{AzimuthReading, ObservationModel};
+use vantage_model::{AzimuthReading, ObservationModel, PairModel};
 use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
     AzimuthFactor, BearingFactor, BetweenFactor, BiasedBetweenFactor, BoxEdgesFactor, ClassFactor,
-    DepthFactor, ExtentsPrior, Factor, OffsetBearingFactor, PosePrior, ProjectionFactor, SemanticFactor,
-    StandardNormalPrior, UprightFactor,
+    DepthFactor, ExtentsPrior, Factor, OffsetBearingFactor, PairFactor, PosePrior, ProjectionFactor,
+    SemanticFactor, StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::odometry_bias::OdometryBias;
@@ -225,6 +226,45 @@ fn semantic_of(model: &dyn ObservationModel) {
         let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
         let keys = [Key::Robot(0), Key::Object(0), Key::Latent(0)];
         let factor = SemanticFactor::new(keys, model, measurement, mount, 0.4, scaling);
+        if factor.residual(&values).is_some() {
+            assert!(check(&factor, &values) > 1.0);
+            tested += 1;
+        }
+    }
+}
+
+#[test]
+fn pair() {
+    pair_of(&Steerable::of_pairs(Seed(9)));
+}
+
+#[test]
+fn pair_with_a_discrepancy() {
+    let model = Steerable::of_pairs(Seed(9));
+    pair_of(&Discrepant::new(&model, &AzimuthDiscrepancy { sigma: 0.3, concentration: 2.0 }));
+}
+
+fn pair_of(model: &dyn PairModel) {
+    let mut stream = Seed(9).stream("pair", 0);
+    let mut tested = 0;
+    while tested < 20 {
+        let mut values = Values::default();
+        let mount = se3::exp(&random_tangent(&mut stream, 0.5, 0.2));
+        let object = se3::exp(&random_tangent(&mut stream, 1.0, 1.0));
+        for step in 0..2 {
+            let camera = object
+                * se3::exp(&random_tangent(&mut stream, 1.0, 0.1))
+                * Pose::translation(stream.normal() * 0.3, stream.normal() * 0.3, -2.0);
+            values.insert(Key::Robot(step), Value::Pose(camera * mount.inverse()));
+        }
+        let as_point = Value::Point(object.translation.vector);
+        values.insert(Key::Object(0), if tested % 2 == 0 { Value::Pose(object) } else { as_point });
+        let latent = DVector::from_fn(model.latent_dim(), |_, _| stream.normal());
+        values.insert(Key::Latent(0), Value::Vector(latent));
+        let measured = [0; 2].map(|_| DVector::from_fn(4, |_, _| stream.normal()));
+        let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
+        let keys = [Key::Robot(0), Key::Robot(1), Key::Object(0), Key::Latent(0)];
+        let factor = PairFactor::new(keys, model, measured, mount, 0.4, scaling);
         if factor.residual(&values).is_some() {
             assert!(check(&factor, &values) > 1.0);
             tested += 1;

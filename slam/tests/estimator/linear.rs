@@ -73,7 +73,7 @@ fn small_graph(model: &TanhModel) -> (Graph<'_>, Values) {
 }
 
 /// `H`, `g` and the first column of each variable, written out densely.
-fn dense(graph: &Graph<'_>, values: &Values) -> (DMatrix<f64>, DVector<f64>, BTreeMap<Key, usize>) {
+pub fn dense(graph: &Graph<'_>, values: &Values) -> (DMatrix<f64>, DVector<f64>, BTreeMap<Key, usize>) {
     let mut first = BTreeMap::new();
     let mut size = 0;
     for (key, value) in values.iter() {

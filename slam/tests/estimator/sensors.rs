@@ -74,7 +74,7 @@ fn numbers(crop: &Crop, count: usize) -> DVector<f64> {
 }
 
 /// Every crop becomes what `look` makes of the index of its detection, its track and its true viewpoint.
-fn show(world: &mut World, mut look: impl FnMut(usize, usize, &Viewpoint) -> DVector<f64>) {
+pub fn show(world: &mut World, mut look: impl FnMut(usize, usize, &Viewpoint) -> DVector<f64>) {
     for (index, detection) in world.observations.detections.iter_mut().enumerate() {
         let world_from_camera = world.world_from_robot[detection.step] * world.observations.robot_from_camera;
         let object_from_camera = world.world_from_object[detection.track].inv_mul(&world_from_camera);

@@ -7,7 +7,7 @@
 //!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
 //! its place. Likewise of the rows beside a model's that the scene names: `gaussian_process`, whose hyper-parameters of most marginal
-//! likelihood are told, `azimuth_head` and `discrete_class`.
+//! likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last with the discrepancy, too.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
@@ -80,8 +80,8 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         settings.semantics.information_scale = scale;
         rows.push(row(&scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?)?);
     }
-    let rivals = pipeline.file.estimator.rows.iter().filter(|row| !Row::DEFAULT.contains(row));
-    for &rival in rivals {
+    let rivals = || pipeline.file.estimator.rows.iter().filter(|row| !Row::DEFAULT.contains(row));
+    for &rival in rivals() {
         for scale in SCALES {
             settings.semantics.information_scale = scale;
             let answers = of(&*rival.estimator(&settings, loaded.reader()))?;
@@ -101,6 +101,10 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         )?;
         settings.semantics.azimuth_discrepancy = Some(fitted);
         rows.push(row("1, with a discrepancy", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
+        for &rival in rivals().filter(|row| row.reads_pairs()) {
+            let answers = of(&*rival.estimator(&settings, loaded.reader()))?;
+            rows.push(row(&format!("{rival} 1, with a discrepancy"), &answers)?);
+        }
     }
     print(stdout, &head("Scale"), rows)?;
     Ok(Exit::Success)
