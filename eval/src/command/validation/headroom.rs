@@ -3,7 +3,11 @@
 //! ATE with an ideal sensor of the azimuth from which an object is seen, of known, independent Gaussian noise, in place of
 //! the learned model. Where a sharp sensor gains nothing, a model has little to gain; it may gain more than a sensor as
 //! sharp, as crops also tell elevation, roll and distance.
+//!
+//! Beside it, how often bearings make an episode worse than odometry alone: by chance they do so even where odometry and boxes are drawn
+//! from the very distributions that the estimator assumes.
 
+use super::assumed::as_assumed;
 use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::ValidationArgs;
 use crate::command::error::BenchError;
@@ -16,11 +20,11 @@ use vantage_dataset::{Crop, Seed, Viewpoint};
 use vantage_model::{
     AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
 };
-use vantage_slam::{Estimator, Geometric, Semantic, SemanticSettings, Settings};
+use vantage_slam::{Estimator, Geometric, OdometryOnly, Semantic, SemanticSettings, Settings};
 
 const DEGREES: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
-/// Prints the ATE by the sensor's noise, and its paired difference to `geometric`.
+/// Prints the ATE by the sensor's noise, and its paired difference to `geometric`; and what bearings are worth.
 pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let pipeline = open(args)?;
     let trials = trials(&pipeline, args)?;
@@ -35,17 +39,39 @@ pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, 
     let settings = Settings { semantics, ..told };
     let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
     let geometric = Geometric::new(&settings);
-    let geometric = errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&trial.observations))?);
-    let mut rows = vec![("geometric".to_owned(), columns(&geometric, &geometric))];
+    let of_geometric =
+        errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&trial.observations))?);
+    let mut rows = vec![("geometric".to_owned(), columns(&of_geometric, &of_geometric))];
     for degrees in DEGREES {
         let answers = estimated(&pipeline, &trials, |trial| {
             let sensor = AzimuthSensor::new(trial, degrees.to_radians());
             Semantic::new(&settings, &sensor).estimate(&trial.observations)
         })?;
-        rows.push((degrees.to_string(), columns(&errors(answers), &geometric)));
+        rows.push((degrees.to_string(), columns(&errors(answers), &of_geometric)));
     }
     let rows = rows.into_iter().map(|(name, columns)| std::iter::once(name).chain(columns).collect());
     print(stdout, &["Sensor's noise [deg]", "ATE [m]", "Difference [m]", "+- 95% [m]"], rows.collect())?;
+    let odometry = OdometryOnly::new(&settings);
+    let mut rows = Vec::new();
+    for (name, drawn) in [("as measured", false), ("as assumed", true)] {
+        let read = |trial: &Trial| match drawn {
+            true => as_assumed(trial, &settings),
+            false => trial.observations.clone(),
+        };
+        let odometry = errors(estimated(&pipeline, &trials, |trial| odometry.estimate(&read(trial)))?);
+        let geometric = errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&read(trial)))?);
+        let worse =
+            odometry.iter().zip(&geometric).filter(|(odometry, geometric)| geometric > odometry).count();
+        let [of_odometry, ..] = columns(&odometry, &odometry);
+        let [of_geometric, ..] = columns(&geometric, &geometric);
+        rows.push(vec![
+            name.to_owned(),
+            of_odometry,
+            of_geometric,
+            format!("{worse} of {}", geometric.len()),
+        ]);
+    }
+    print(stdout, &["Odometry and boxes", "Odometry [m]", "Geometric [m]", "Worse than odometry"], rows)?;
     Ok(Exit::Success)
 }
 

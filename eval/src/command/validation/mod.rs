@@ -1,5 +1,6 @@
 //! Episodes to try settings on: *validation* objects, and seeds far from those of any scene's evaluation.
 
+mod assumed;
 mod boxes;
 mod calibrate;
 pub mod error;
