@@ -12,7 +12,7 @@ use crate::posterior::{Posterior, Seen};
 use crate::semantics::{SemanticObject, SemanticView, Semantics};
 use crate::settings::{OrientationSettings, SemanticSettings, Settings};
 use crate::solve::solve;
-use crate::variable::{Key, Value};
+use crate::variable::{Key, Value, Values};
 use std::collections::BTreeMap;
 use vantage_dataset::Observations;
 use vantage_model::{AnswerError, PairModel};
@@ -42,6 +42,11 @@ impl Estimator for ViewpointPairs<'_> {
         check_settings(&self.semantics)?;
         check_settings(&self.orientation)?;
         check_model(self.model)?;
+        let (got, expected) = (self.model.pair_noise().dimension(), self.model.measurement_dim());
+        if got != expected {
+            let what = "square root of the information of a second view (rows)";
+            return Err(AnswerError::Shape { what, got, expected }.into());
+        }
         let discrepant = self.semantics.azimuth_discrepancy.map(|of| Discrepant::new(self.model, &of));
         let model: &dyn PairModel = discrepant.as_ref().map_or(self.model, |model| model);
         let mut posterior = self.geometric.posterior(observations)?;
@@ -92,8 +97,7 @@ impl<'m> Pairs<'_, 'm> {
             let mut values = solution.values.clone();
             values.insert(Key::Latent(track), Value::Vector(latent));
             let before = object.views.len();
-            let of = object.clone();
-            object.views.retain(|view| self.semantics.factor(&of, view).linearize(&values).is_some());
+            object.views = self.defined(&object, &values);
             dropped.non_finite += before - object.views.len();
             if object.views.is_empty() {
                 continue;
@@ -101,13 +105,27 @@ impl<'m> Pairs<'_, 'm> {
             let mut alone = Graph::default();
             self.semantics.problem.add_bearings(&mut alone, track, of_track);
             self.add_factors(&mut alone, &object);
-            let held = |key| matches!(key, Key::Robot(_));
-            solution.values =
-                solve(&alone, values, |key| !held(key) && of_object(key, track), REFINEMENT).values;
+            let is_free = |key| [Key::Object(track), Key::Latent(track), Key::Offset(track)].contains(&key);
+            solution.values = solve(&alone, values, is_free, REFINEMENT).values;
             self.add_factors(graph, &object);
             added.insert(track, object);
         }
         Ok(added)
+    }
+
+    /// The views whose factors are defined at `values`.
+    fn defined(&self, object: &SemanticObject, values: &Values) -> Vec<SemanticView> {
+        let mut defined: Vec<SemanticView> = Vec::new();
+        for view in &object.views {
+            let near = match defined.first() {
+                None => self.semantics.factor(object, view).linearize(values),
+                Some(first) => self.factor(object, [first, view]).linearize(values),
+            };
+            if near.is_some() {
+                defined.push(view.clone());
+            }
+        }
+        defined
     }
 
     /// P(e_i), P(z | e_i, x_rel) of the first view, and P(z' | z, e_i, Delta X) of each other one.
@@ -135,8 +153,4 @@ impl<'m> Pairs<'_, 'm> {
             SemanticScaling { noise: noise_scale, information: information_scale },
         )
     }
-}
-
-fn of_object(key: Key, track: usize) -> bool {
-    [Key::Object(track), Key::Latent(track), Key::Offset(track)].contains(&key)
 }

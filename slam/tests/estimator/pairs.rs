@@ -153,3 +153,11 @@ fn crops_without_finite_numbers_are_dropped_and_without_any_left_it_is_geometric
     assert_eq!(none.world_from_robot, geometric.world_from_robot);
     assert!(none.objects.iter().flatten().all(|object| object.latent.is_none()));
 }
+
+#[test]
+fn noise_that_does_not_fit_the_measurement_is_refused() {
+    let model = Steerable::of_pairs(Seed(1)).with_noise_of_a_pair_too_many();
+    let settings = matching_settings(&WorldSpec::sparse_loop());
+    let told = ViewpointPairs::new(&settings, &model).estimate(&world(Seed(3)).observations).unwrap_err();
+    assert!(told.to_string().contains("got 6 numbers, expected 4"), "{told}");
+}

@@ -70,6 +70,12 @@ impl Steerable {
         }
     }
 
+    /// With noise of a second view that does not fit its measurement.
+    pub fn with_noise_of_a_pair_too_many(self) -> Self {
+        let pair_noise = MeasurementNoise::new(DMatrix::identity(6, 6), f64::INFINITY).unwrap();
+        Self { pair_noise, ..self }
+    }
+
     /// `K` of a pair.
     fn share(pair: usize) -> f64 {
         let (structure, white) = (STRUCTURE[pair].powi(2), WHITE[pair].powi(2));
