@@ -38,9 +38,11 @@ fn a_sharp_sensor_of_azimuths_moves_the_estimate_more_than_a_blunt_one() {
     told.expect(0, &[]);
     let rows = rows(&told.stdout);
     let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
-    assert_eq!(names, ["geometric", "2", "5", "10", "20", "as measured", "as assumed"]);
-    assert_eq!(rows[5][2], rows[0][1], "both are geometric on the episodes as they are");
-    assert!(rows[6][1] != rows[5][1] && rows[6][3].ends_with("of 2"), "{rows:?}");
+    assert_eq!(names, ["geometric", "2", "5", "10", "20"]);
+    let measured = told.stdout.lines().find(|line| line.contains("│ as measured")).unwrap_or_default();
+    assert!(measured.contains(rows[0][1]) && measured.contains("of 2"), "{measured}");
+    let assumed = told.stdout.lines().find(|line| line.contains("│ as assumed")).unwrap_or_default();
+    assert!(!assumed.is_empty() && !assumed.contains(rows[0][1]), "{assumed}");
     let moved = |row: usize| rows[row][2].parse::<f64>().unwrap_or(f64::NAN).abs();
     assert!(moved(0) == 0.0 && moved(1) > moved(4), "{rows:?}");
 }

@@ -12,6 +12,7 @@ use super::{Trial, columns, estimated, open, print, trials};
 use crate::command::cli::ValidationArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
+use crate::pipeline::Pipeline;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 use std::io::Write;
@@ -20,7 +21,7 @@ use vantage_dataset::{Crop, Seed, Viewpoint};
 use vantage_model::{
     AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
 };
-use vantage_slam::{Estimator, Geometric, OdometryOnly, Semantic, SemanticSettings, Settings};
+use vantage_slam::{Estimate, Estimator, Geometric, OdometryOnly, Semantic, SemanticSettings, Settings};
 
 const DEGREES: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
@@ -37,42 +38,50 @@ pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, 
         ..told.semantics
     };
     let settings = Settings { semantics, ..told };
-    let errors = |answers: Vec<(_, f64)>| answers.into_iter().map(|(_, error)| error).collect::<Vec<_>>();
+    bearings(&pipeline, &trials, &settings, stdout)?;
     let geometric = Geometric::new(&settings);
-    let of_geometric =
-        errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&trial.observations))?);
-    let mut rows = vec![("geometric".to_owned(), columns(&of_geometric, &of_geometric))];
+    let geometric = errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&trial.observations))?);
+    let mut rows = vec![("geometric".to_owned(), columns(&geometric, &geometric))];
     for degrees in DEGREES {
         let answers = estimated(&pipeline, &trials, |trial| {
             let sensor = AzimuthSensor::new(trial, degrees.to_radians());
             Semantic::new(&settings, &sensor).estimate(&trial.observations)
         })?;
-        rows.push((degrees.to_string(), columns(&errors(answers), &of_geometric)));
+        rows.push((degrees.to_string(), columns(&errors(answers), &geometric)));
     }
     let rows = rows.into_iter().map(|(name, columns)| std::iter::once(name).chain(columns).collect());
     print(stdout, &["Sensor's noise [deg]", "ATE [m]", "Difference [m]", "+- 95% [m]"], rows.collect())?;
-    let odometry = OdometryOnly::new(&settings);
+    Ok(Exit::Success)
+}
+
+fn errors(answers: Vec<(Estimate, f64)>) -> Vec<f64> {
+    answers.into_iter().map(|(_, error)| error).collect()
+}
+
+/// Prints how often bearings are worse than odometry alone, as measured and as the estimator assumes them.
+fn bearings(
+    pipeline: &Pipeline,
+    trials: &[Trial],
+    settings: &Settings,
+    stdout: &mut impl Write,
+) -> Result<(), BenchError> {
+    let (odometry, geometric) = (OdometryOnly::new(settings), Geometric::new(settings));
     let mut rows = Vec::new();
     for (name, drawn) in [("as measured", false), ("as assumed", true)] {
         let read = |trial: &Trial| match drawn {
-            true => as_assumed(trial, &settings),
+            true => as_assumed(trial, settings),
             false => trial.observations.clone(),
         };
-        let odometry = errors(estimated(&pipeline, &trials, |trial| odometry.estimate(&read(trial)))?);
-        let geometric = errors(estimated(&pipeline, &trials, |trial| geometric.estimate(&read(trial)))?);
+        let odometry = errors(estimated(pipeline, trials, |trial| odometry.estimate(&read(trial)))?);
+        let geometric = errors(estimated(pipeline, trials, |trial| geometric.estimate(&read(trial)))?);
         let worse =
             odometry.iter().zip(&geometric).filter(|(odometry, geometric)| geometric > odometry).count();
         let [of_odometry, ..] = columns(&odometry, &odometry);
         let [of_geometric, ..] = columns(&geometric, &geometric);
-        rows.push(vec![
-            name.to_owned(),
-            of_odometry,
-            of_geometric,
-            format!("{worse} of {}", geometric.len()),
-        ]);
+        let share = format!("{worse} of {}", geometric.len());
+        rows.push(vec![name.to_owned(), of_odometry, of_geometric, share]);
     }
-    print(stdout, &["Odometry and boxes", "Odometry [m]", "Geometric [m]", "Worse than odometry"], rows)?;
-    Ok(Exit::Success)
+    print(stdout, &["Odometry and boxes", "Odometry [m]", "Geometric [m]", "Worse than odometry"], rows)
 }
 
 /// Cosine and sine of the azimuth, measured; a latent of one number that says nothing.
