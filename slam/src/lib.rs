@@ -15,6 +15,7 @@
 //! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
+//! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel) | [`vantage_model::ObservationModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |
@@ -39,6 +40,7 @@ pub mod factor;
 pub mod graph;
 pub mod initial;
 pub mod input;
+pub mod laplace;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
@@ -51,6 +53,7 @@ pub mod semantics;
 pub mod settings;
 pub mod sighting;
 pub mod solve;
+pub mod unknown_object;
 pub mod variable;
 pub mod yaw;
 

@@ -11,6 +11,7 @@ mod jacobians;
 mod landmarks;
 mod linear;
 mod model;
+mod ranges;
 mod recovery;
 mod repeatable;
 mod semantic;
