@@ -123,6 +123,8 @@ pub struct Dropped {
     pub undefined_viewpoint: usize,
     /// Bearing used, crop not: too close in viewpoint to one that is.
     pub redundant_viewpoint: usize,
+    /// Bearing used, crop not: of an object that the model does not know.
+    pub unknown_object: usize,
     /// Sightings of landmarks that could not be placed.
     pub unresolved_landmark: usize,
     /// Sightings of landmarks from where the first values have the landmark behind the camera.

@@ -16,6 +16,7 @@
 //! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
+//! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel), p(z' \| z, e, Delta X) | [`vantage_model::ObservationModel`], [`vantage_model::PairModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |
@@ -42,6 +43,7 @@ pub mod graph;
 pub mod incremental;
 pub mod initial;
 pub mod input;
+pub mod laplace;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
@@ -55,6 +57,7 @@ pub mod semantics;
 pub mod settings;
 pub mod sighting;
 pub mod solve;
+pub mod unknown_object;
 pub mod variable;
 pub mod yaw;
 

@@ -103,6 +103,10 @@ pub struct SemanticSettings {
     /// The model's discrepancy; none where it is taken at its word.
     #[garde(dive)]
     pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
+    /// Nats by which an object's views must be less probable under the model than under the null hypothesis for its crops to be left
+    /// out; none where no object is asked. See [`crate::unknown_object`].
+    #[garde(inner(custom(not_negative)))]
+    pub unknown_margin: Option<f64>,
 }
 
 /// By how much a model's sense of azimuth is off: see [`crate::discrepancy`].
@@ -178,6 +182,7 @@ impl Default for SemanticSettings {
             information_scale: 1.0,
             minimum_view_separation: 0.0,
             azimuth_discrepancy: None,
+            unknown_margin: None,
         }
     }
 }

@@ -80,6 +80,11 @@ pub struct EstimatorSpec {
     #[garde(dive)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
+    /// Leaves out the crops of an object that the model does not know: whose views are less probable under it, by at least so many nats,
+    /// than under a null hypothesis that knows no kinds. Default: none are left out.
+    #[garde(inner(range(min = 0.0, max = 1e6), custom(not_nan)))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unknown_margin: Option<f64>,
 
     /// Yaws tried for an object's first orientation. Default: 48.
     #[garde(range(min = 8, max = 3600))]
@@ -122,6 +127,7 @@ impl EstimatorSpec {
                 information_scale: self.semantic_information_scale,
                 minimum_view_separation: self.minimum_view_separation,
                 azimuth_discrepancy: self.azimuth_discrepancy,
+                unknown_margin: self.unknown_margin,
             },
             orientation: OrientationSettings {
                 yaw_candidates: self.yaw_candidates,
@@ -154,6 +160,7 @@ impl Default for EstimatorSpec {
             semantic_information_scale: semantics.information_scale,
             minimum_view_separation: semantics.minimum_view_separation,
             azimuth_discrepancy: semantics.azimuth_discrepancy,
+            unknown_margin: semantics.unknown_margin,
             yaw_candidates: orientation.yaw_candidates,
             orientation_views: orientation.views,
             refined_modes: orientation.refined_modes,
@@ -197,6 +204,8 @@ mod tests {
             EstimatorSpec { tolerance: 0.0, ..ok.clone() },
             EstimatorSpec { rows: vec![], ..ok.clone() },
             EstimatorSpec { semantic_information_scale: -1.0, ..ok.clone() },
+            EstimatorSpec { unknown_margin: Some(f64::NAN), ..ok.clone() },
+            EstimatorSpec { unknown_margin: Some(-1.0), ..ok.clone() },
             EstimatorSpec { bearing_noise: BearingNoise { fixed: 0.0, proportional: 0.0 }, ..ok.clone() },
             EstimatorSpec { bearing_kernel: Kernel::Huber { threshold: f64::NAN }, ..ok.clone() },
             EstimatorSpec { extents: Some(ExtentsSettings { half_axis: 0.0, log_sigma: 0.5 }), ..ok },

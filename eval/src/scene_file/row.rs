@@ -22,6 +22,7 @@ fn rival(settings: &Settings, information: f64) -> Settings {
         information_scale: settings.semantics.information_scale * information,
         minimum_view_separation: RIVAL_SEPARATION,
         azimuth_discrepancy: None,
+        unknown_margin: None,
         ..settings.semantics
     };
     Settings { semantics, ..*settings }

@@ -2,7 +2,7 @@
 
 use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
-use crate::estimate::Estimate;
+use crate::estimate::{Dropped, Estimate};
 use crate::factor::Factor;
 use crate::input::{EstimateError, check_model, check_settings};
 use crate::online::{Online, Reading};
@@ -11,7 +11,8 @@ use crate::posterior::{Posterior, Seen};
 use crate::semantics::{SemanticObject, Semantics};
 use crate::settings::{OrientationSettings, SemanticSettings, Settings, SolverSettings};
 use crate::sighting::Sighting;
-use crate::solve::{Outcome, solve};
+use crate::solve::{Outcome, Solution, solve};
+use crate::unknown_object::log_odds;
 use crate::variable::{Key, Value, Values};
 use std::collections::BTreeMap;
 use vantage_dataset::{Camera, Observations, Pose};
@@ -57,8 +58,20 @@ impl Estimator for Semantic<'_> {
             };
             Ok(Start { modes, margin })
         };
-        let mut added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, start)?;
-        try_alternatives(&mut posterior, &mut added, &self.geometric.solver, &self.orientation);
+        let geometric = Before::of(&posterior);
+        let mut unknown = BTreeMap::new();
+        let added = loop {
+            let known = |track| !unknown.contains_key(&track);
+            let mut added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, known, start)?;
+            try_alternatives(&mut posterior, &mut added, &self.geometric.solver, &self.orientation);
+            let found = unknown_of(&semantics, &posterior, &added);
+            if found.is_empty() {
+                break added;
+            }
+            unknown.extend(found);
+            geometric.restore(&mut posterior);
+        };
+        posterior.dropped.unknown_object = unknown.into_values().sum();
         let seen = |track| added.get(&track).map(Added::seen);
         let mut estimate = self.geometric.estimate_of(posterior, observations, seen);
         let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
@@ -66,7 +79,11 @@ impl Estimator for Semantic<'_> {
         Ok(estimate)
     }
 
+    /// None where objects are to be asked for whether the model knows them: that is of all of their views.
     fn online(&self, camera: Camera, robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
+        if self.semantics.unknown_margin.is_some() {
+            return None;
+        }
         let checked = || -> Result<Online<'_>, EstimateError> {
             check_settings(&self.semantics)?;
             check_settings(&self.orientation)?;
@@ -100,11 +117,47 @@ impl Added {
     }
 }
 
-/// Adds orientations, latents and semantic factors to a geometric posterior, and solves again.
+/// A geometric posterior before semantic factors were added.
+struct Before {
+    factors: usize,
+    solution: Solution,
+    dropped: Dropped,
+}
+
+impl Before {
+    fn of(posterior: &Posterior<'_>) -> Self {
+        let Posterior { graph, solution, dropped, .. } = posterior;
+        Self { factors: graph.factors().count(), solution: solution.clone(), dropped: *dropped }
+    }
+
+    fn restore(&self, posterior: &mut Posterior<'_>) {
+        posterior.graph.truncate(self.factors);
+        posterior.solution = self.solution.clone();
+        posterior.dropped = self.dropped;
+    }
+}
+
+/// The objects that the model does not know, by their own views where they were found, with the number of these.
+fn unknown_of(
+    semantics: &Semantics<'_, '_>,
+    posterior: &Posterior<'_>,
+    added: &BTreeMap<usize, Added>,
+) -> Vec<(usize, usize)> {
+    let Some(margin) = semantics.settings.unknown_margin else { return Vec::new() };
+    let is_unknown = |(&track, added): (&usize, &Added)| {
+        let sightings = posterior.sightings.get(&track)?;
+        let odds = log_odds(semantics, &added.object, sightings, &posterior.solution.values)?;
+        (odds < -margin).then_some((track, added.object.views.len()))
+    };
+    added.iter().filter_map(is_unknown).collect()
+}
+
+/// Adds orientations, latents and semantic factors to a geometric posterior, of tracks for which `known` holds, and solves again.
 pub(super) fn add_semantics<'m>(
     semantics: &Semantics<'_, 'm>,
     posterior: &mut Posterior<'m>,
     solver: &SolverSettings,
+    known: impl Fn(usize) -> bool,
     start: impl Fn(&SemanticObject, &[Sighting], &Values) -> Result<Start, AnswerError>,
 ) -> Result<BTreeMap<usize, Added>, AnswerError> {
     let mut added = BTreeMap::new();
@@ -113,7 +166,7 @@ pub(super) fn add_semantics<'m>(
         return Ok(added);
     }
     let mut values = solution.values.clone();
-    for (&track, of_track) in &*sightings {
+    for (&track, of_track) in sightings.iter().filter(|(track, _)| known(**track)) {
         let Some(mut object) = semantics.object(&values, track, of_track, dropped)? else { continue };
         let start = start(&object, of_track, &values)?;
         let Some(best) = start.modes.first() else {

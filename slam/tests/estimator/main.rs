@@ -14,6 +14,7 @@ mod linear;
 mod model;
 mod online;
 mod pairs;
+mod ranges;
 mod recovery;
 mod repeatable;
 mod semantic;

@@ -1,7 +1,7 @@
 //! A random two-layer network with analytic derivatives; its measurements travel inside the crop's bytes.
 
 use nalgebra::{DMatrix, DVector};
-use vantage_dataset::viewpoint::CONDITIONING;
+use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Crop, Seed, Viewpoint};
 use vantage_model::{
     AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
@@ -33,6 +33,13 @@ impl TanhModel {
             output: random(m, hidden, 1.0 / (hidden as f64).sqrt()),
             noise: MeasurementNoise::new(DMatrix::identity(m, m) / sigma, degrees_of_freedom).unwrap(),
         }
+    }
+
+    /// The same of objects that look alike from all around.
+    pub fn blind_to_azimuth(dims: [usize; 3], sigma: f64, degrees_of_freedom: f64, seed: Seed) -> Self {
+        let mut model = Self::new(dims, sigma, degrees_of_freedom, seed);
+        model.conditioning.columns_mut(0, 2 * HARMONICS).fill(0.0);
+        model
     }
 
     fn activation(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> DVector<f64> {

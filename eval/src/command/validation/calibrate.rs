@@ -6,8 +6,9 @@
 //! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`, and what each makes of `geometric`.
 //!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
-//! its place. Likewise of the rows beside a model's that the scene names: `gaussian_process`, whose hyper-parameters of most marginal
-//! likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last with the discrepancy, too.
+//! its place, without the objects that the model does not know by an `estimator.unknown_margin`. Likewise of the rows beside a model's that the scene
+//! names: `gaussian_process`, whose hyper-parameters of most marginal likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last
+//! with the discrepancy, too.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
@@ -33,6 +34,8 @@ use vantage_slam::{
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
+/// `estimator.unknown_margin`, nats.
+const MARGINS: [f64; 4] = [100.0, 50.0, 20.0, 0.0];
 
 /// Prints what boxes say, and the ATE by the scale of a crop's information.
 pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
@@ -47,6 +50,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     let mut settings = pipeline.file.estimator.settings();
     settings.solver.covariances = true;
     settings.semantics.azimuth_discrepancy = None;
+    settings.semantics.unknown_margin = None;
     let of = |estimator: &dyn Estimator| {
         estimated(&pipeline, &trials, |trial| estimator.estimate(&trial.observations))
     };
@@ -101,6 +105,19 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         )?;
         settings.semantics.azimuth_discrepancy = Some(fitted);
         rows.push(row("1, with a discrepancy", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
+        for margin in MARGINS {
+            settings.semantics.unknown_margin = Some(margin);
+            let answers = of(&Semantic::new(&settings, loaded.viewing()))?;
+            let placed = || answers.iter().flat_map(|(answer, _)| answer.objects.iter().flatten());
+            let known = placed().filter(|object| object.orientation.is_some()).count();
+            let name = format!(
+                "the same, {} of {} unknown by {margin} nats",
+                placed().count() - known,
+                placed().count()
+            );
+            rows.push(row(&name, &answers)?);
+        }
+        settings.semantics.unknown_margin = None;
         for &rival in rivals().filter(|row| row.reads_pairs()) {
             let answers = of(&*rival.estimator(&settings, loaded.reader()))?;
             rows.push(row(&format!("{rival} 1, with a discrepancy"), &answers)?);

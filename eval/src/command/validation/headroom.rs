@@ -35,6 +35,7 @@ pub fn headroom(args: &ValidationArgs, stdout: &mut impl Write) -> Result<Exit, 
         information_scale: 1.0,
         minimum_view_separation: 0.0,
         azimuth_discrepancy: None,
+        unknown_margin: None,
         ..told.semantics
     };
     let settings = Settings { semantics, ..told };
