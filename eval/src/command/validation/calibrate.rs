@@ -110,11 +110,8 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
             let answers = of(&Semantic::new(&settings, loaded.viewing()))?;
             let placed = || answers.iter().flat_map(|(answer, _)| answer.objects.iter().flatten());
             let known = placed().filter(|object| object.orientation.is_some()).count();
-            let name = format!(
-                "the same, {} of {} unknown by {margin} nats",
-                placed().count() - known,
-                placed().count()
-            );
+            let all = placed().count();
+            let name = format!("{margin} nats: {} of {all} unknown", all - known);
             rows.push(row(&name, &answers)?);
         }
         settings.semantics.unknown_margin = None;
