@@ -1,28 +1,47 @@
 //! Dense elimination of a few variables that meet the same others: one front of a multifrontal Cholesky factorisation.
 
 use super::term::{Term, add_product};
-use faer::linalg::matmul::triangular;
+use faer::linalg::matmul::{self, triangular};
 use faer::linalg::solvers::Llt;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, Mat, MatRef, Par, Side};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
-/// The normal equations `H x = -g` over variables to eliminate, F numbers, and their separator, S numbers; once eliminated, the
-/// factor and what is left.
+/// The normal equations `H x = -g` over variables to eliminate, F numbers, and their separator, S numbers.
 #[derive(Clone, Debug)]
 pub struct Front {
-    /// Lower triangle, `[(F + S) x (F + S)]`. Eliminated: `L` and `B = H_SF L^-T` in the first F columns, `H_SS - B B^T` in the others.
-    pub matrix: Mat<f64>,
-    /// `g`, `[F + S]`. Eliminated: `d = L^-1 g_F`, then `g_S - B d`.
+    /// Lower triangle, `[(F + S) x (F + S)]`, column by column.
+    pub numbers: Vec<f64>,
+    /// `g`, `[F + S]`.
     pub gradient: Vec<f64>,
     /// F.
     pub eliminated: usize,
 }
 
+/// A front once eliminated: the factor and what is left.
+#[derive(Clone, Debug)]
+pub struct Eliminated {
+    /// `L` above `B = H_SF L^-T`, `[(F + S) x F]`.
+    columns: Mat<f64>,
+    /// `H_SS - B B^T`, lower triangle column by column.
+    rest: Vec<f64>,
+    /// `d = L^-1 g_F`, then `g_S - B d`.
+    gradient: Vec<f64>,
+}
+
 impl Front {
-    /// No equation, over `eliminated` and `separator` numbers.
-    pub fn new(eliminated: usize, separator: usize) -> Self {
+    /// No equation, over `eliminated` and `separator` numbers, in memory that was another's.
+    pub fn new(eliminated: usize, separator: usize, mut memory: Vec<f64>) -> Self {
         let n = eliminated + separator;
-        Self { matrix: Mat::zeros(n, n), gradient: vec![0.0; n], eliminated }
+        memory.clear();
+        memory.resize(n * n, 0.0);
+        Self { numbers: memory, gradient: vec![0.0; n], eliminated }
+    }
+
+    /// `[(F + S) x (F + S)]`, of which the lower triangle counts.
+    pub fn matrix(&mut self) -> MatMut<'_, f64> {
+        let n = self.gradient.len();
+        MatMut::from_column_major_slice_mut(&mut self.numbers, n, n)
     }
 
     /// Adds a term; `starts` says where each of its variables is here.
@@ -33,82 +52,112 @@ impl Front {
             target.iter_mut().zip(gradient.iter()).for_each(|(t, g)| *t += g);
             for (&column, other) in starts.iter().zip(&term.jacobians).filter(|(column, _)| **column <= row) {
                 let (rows, columns) = (jacobian.ncols(), other.ncols());
-                add_product(self.matrix.as_mut().submatrix_mut(row, column, rows, columns), jacobian, other);
+                add_product(self.matrix().submatrix_mut(row, column, rows, columns), jacobian, other);
             }
         }
     }
 
     /// Adds what is left of an eliminated front; `places` says for each number of its separator where it is here.
-    pub fn add_rest(&mut self, child: &Front, places: &[usize]) {
-        let first = child.eliminated;
+    pub fn add_rest(&mut self, child: &Eliminated, places: &[usize]) {
+        let n = self.gradient.len();
+        let mut rest = child.rest.as_slice();
+        // Stretches of numbers that follow each other here too.
+        let ends =
+            (1..=places.len()).filter(|&i| places.get(i).is_none_or(|place| *place != places[i - 1] + 1));
+        let ends: Vec<usize> = ends.collect();
+        let mut stretch = 0;
         for (j, &column) in places.iter().enumerate() {
-            let source = &child.matrix.col_as_slice(first + j)[first + j..];
-            for (value, &row) in source.iter().zip(&places[j..]) {
-                let (row, column) = (row.max(column), row.min(column));
-                self.matrix[(row, column)] += value;
+            let mut from = j;
+            for &end in &ends[stretch..] {
+                let to = places[from];
+                let (values, others) = rest.split_at(end - from);
+                if to >= column {
+                    let target = &mut self.numbers[column * n + to..][..values.len()];
+                    target.iter_mut().zip(values).for_each(|(target, value)| *target += value);
+                } else {
+                    let target = self.numbers[to * n + column..].iter_mut().step_by(n);
+                    target.zip(values).for_each(|(target, value)| *target += value);
+                }
+                (from, rest) = (end, others);
             }
-            self.gradient[column] += child.gradient[first + j];
+            stretch += usize::from(ends[stretch] == j + 1);
+            self.gradient[column] += child.gradient[child.columns.ncols() + j];
         }
     }
 
     /// Adds a share of the diagonal, or of 1 where that is less, to those to eliminate.
     pub fn damp(&mut self, share: f64) {
         for i in 0..self.eliminated {
-            let diagonal = &mut self.matrix[(i, i)];
+            let diagonal = &mut self.numbers[i * (self.gradient.len() + 1)];
             *diagonal += share * diagonal.max(1.0);
         }
     }
 
-    /// Eliminates; false where the equations are not positive definite.
-    pub fn eliminate(&mut self) -> bool {
-        let f = self.eliminated;
-        let Ok(llt) = Llt::new(self.matrix.as_ref().submatrix(0, 0, f, f), Side::Lower) else { return false };
-        let factor = llt.L();
-        self.matrix.as_mut().submatrix_mut(0, 0, f, f).copy_from(factor);
-        let (left, right) = self.matrix.as_mut().split_at_col_mut(f);
-        let (_, mut below) = left.split_at_row_mut(f);
-        solve_lower_triangular_in_place(factor, below.as_mut().transpose_mut(), Par::Seq);
-        let (_, corner) = right.split_at_row_mut(f);
+    /// Eliminates; `None`, with the equations as they were, where they are not positive definite.
+    pub fn eliminate(&mut self) -> Option<Eliminated> {
+        let (f, n) = (self.eliminated, self.gradient.len());
+        let llt = Llt::new(self.matrix().submatrix_mut(0, 0, f, f).rb(), Side::Lower).ok()?;
+        let (left, right) = self.matrix().split_at_col_mut(f);
+        let mut columns = left.rb().to_owned();
+        columns.as_mut().submatrix_mut(0, 0, f, f).copy_from(llt.L());
+        let mut below = columns.as_mut().submatrix_mut(f, 0, n - f, f);
+        solve_lower_triangular_in_place(llt.L(), below.rb_mut().transpose_mut(), Par::Seq);
+        let (_, mut corner) = right.split_at_row_mut(f);
         triangular::matmul(
-            corner,
+            corner.rb_mut(),
             triangular::BlockStructure::TriangularLower,
             Accum::Add,
-            below.as_ref(),
+            below.rb(),
             triangular::BlockStructure::Rectangular,
-            below.as_ref().transpose(),
+            below.rb().transpose(),
             triangular::BlockStructure::Rectangular,
             -1.0,
             Par::Seq,
         );
+        let mut rest = Vec::with_capacity((n - f) * (n - f + 1) / 2);
+        (f..n).for_each(|j| rest.extend_from_slice(&self.numbers[j * n + j..(j + 1) * n]));
+        let mut gradient = self.gradient.clone();
         for j in 0..f {
-            let column = self.matrix.col_as_slice(j);
-            let d = self.gradient[j] / column[j];
-            self.gradient[j] = d;
-            for (g, l) in self.gradient[j + 1..].iter_mut().zip(&column[j + 1..]) {
+            let column = columns.col_as_slice(j);
+            let d = gradient[j] / column[j];
+            gradient[j] = d;
+            for (g, l) in gradient[j + 1..].iter_mut().zip(&column[j + 1..]) {
                 *g -= l * d;
             }
         }
-        self.gradient.iter().all(|g| g.is_finite())
+        gradient.iter().all(|g| g.is_finite()).then_some(Eliminated { columns, rest, gradient })
+    }
+}
+
+impl Eliminated {
+    /// Numbers that it holds.
+    pub fn entries(&self) -> usize {
+        self.gradient.len() * self.columns.ncols() + self.rest.len()
+    }
+
+    /// S.
+    pub fn separator(&self) -> usize {
+        self.columns.nrows() - self.columns.ncols()
     }
 
     /// The eliminated numbers, given those of the separator.
     pub fn solve(&self, separator: &[f64]) -> Vec<f64> {
-        let f = self.eliminated;
-        let mut x = vec![0.0; f];
-        for j in (0..f).rev() {
-            let column = self.matrix.col_as_slice(j);
-            let within: f64 = column[j + 1..f].iter().zip(&x[j + 1..]).map(|(l, x)| l * x).sum();
-            let beyond: f64 = column[f..].iter().zip(separator).map(|(b, x)| b * x).sum();
-            x[j] = -(self.gradient[j] + within + beyond) / column[j];
-        }
+        let (f, n) = (self.columns.ncols(), self.columns.nrows());
+        let mut x: Vec<f64> = self.gradient[..f].iter().map(|d| -d).collect();
+        let mut column = MatMut::from_column_major_slice_mut(&mut x, f, 1);
+        let below = self.columns.as_ref().submatrix(f, 0, n - f, f);
+        let given = MatRef::from_column_major_slice(separator, n - f, 1);
+        matmul::matmul(column.as_mut(), Accum::Add, below.transpose(), given, -1.0, Par::Seq);
+        let lower = self.columns.as_ref().submatrix(0, 0, f, f);
+        solve_upper_triangular_in_place(lower.transpose(), column, Par::Seq);
         x
     }
 
     /// The covariance of all numbers of the front, `[(F + S) x (F + S)]`, given that of the separator.
     pub fn covariance(&self, separator: MatRef<'_, f64>) -> Mat<f64> {
-        let (f, n) = (self.eliminated, self.gradient.len());
-        let lower = self.matrix.as_ref().submatrix(0, 0, f, f);
-        let below = self.matrix.as_ref().submatrix(f, 0, n - f, f);
+        let (f, n) = (self.columns.ncols(), self.columns.nrows());
+        let lower = self.columns.as_ref().submatrix(0, 0, f, f);
+        let below = self.columns.as_ref().submatrix(f, 0, n - f, f);
         let mut inverse = Mat::<f64>::identity(f, f);
         solve_lower_triangular_in_place(lower, inverse.as_mut(), Par::Seq);
         // x_F = -L^-T B^T x_S and noise of covariance L^-T L^-1.

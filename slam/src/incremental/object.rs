@@ -95,14 +95,14 @@ impl ObjectEquations {
         }
     }
 
-    /// The front that eliminates the object.
-    pub fn front(&self) -> Front {
+    /// The front that eliminates the object, in memory that was another's.
+    pub fn front(&self, memory: Vec<f64>) -> Front {
         let starts = self.starts();
-        let mut front = Front::new(self.eliminated, self.gradient.len() - self.eliminated);
+        let mut front = Front::new(self.eliminated, self.gradient.len() - self.eliminated, memory);
         front.gradient.copy_from_slice(&self.gradient);
         for (index, (&start, block)) in starts.iter().zip(&self.top).enumerate() {
             let size = (self.eliminated, block.ncols());
-            let matrix = front.matrix.as_mut();
+            let matrix = front.matrix();
             if index < self.own {
                 matrix.submatrix_mut(0, start, size.0, size.1).copy_from(block);
             } else {
@@ -110,8 +110,10 @@ impl ObjectEquations {
             }
         }
         for (&(row, column), block) in &self.bottom {
-            let target = front.matrix.as_mut();
-            target.submatrix_mut(starts[row], starts[column], block.nrows(), block.ncols()).copy_from(block);
+            front
+                .matrix()
+                .submatrix_mut(starts[row], starts[column], block.nrows(), block.ncols())
+                .copy_from(block);
         }
         front
     }

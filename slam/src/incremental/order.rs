@@ -1,8 +1,6 @@
 //! The order in which variables are eliminated, and the fronts that follow from it.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::amd;
+use std::collections::BTreeSet;
 
 /// Zeros that a variable's column may get by being merged with the front that its separator is eliminated in, as a share of the column.
 const MERGED_ZEROS: f64 = 0.15;
@@ -52,22 +50,48 @@ impl Meetings {
         })
     }
 
-    /// An order of little fill: by approximate minimum degree (Amestoy, Davis and Duff 1996), those of higher `rank` later.
-    pub fn order(&self, rank: &[u8]) -> Vec<usize> {
-        let (mut starts, mut rows) = (vec![0], Vec::new());
-        for column in 0..self.n {
-            rows.extend(self.of(column).filter(|&row| row > column));
-            starts.push(rows.len());
+    /// An order of little fill: those of higher `rank` later, and of one rank that which meets fewest others first.
+    pub fn order(&self, rank: &[usize]) -> Vec<usize> {
+        let mut left = self.clone();
+        for variable in 0..self.n {
+            left.bits[variable * self.words + variable / 64] &= !(1 << (variable % 64));
         }
-        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &starts, None, &rows);
-        let (mut order, mut inverse) = (vec![0; self.n], vec![0; self.n]);
-        let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<usize>(self.n, rows.len()));
-        let stack = MemStack::new(&mut memory);
-        let control = amd::Control::default();
-        if amd::order_maybe_unsorted(&mut order, &mut inverse, pattern, control, stack).is_err() {
-            order = (0..self.n).collect();
+        let degree = |left: &Self, variable: usize| -> u32 {
+            left.bits[variable * self.words..][..self.words].iter().map(|bits| bits.count_ones()).sum()
+        };
+        let mut degrees: Vec<u32> = (0..self.n).map(|variable| degree(&left, variable)).collect();
+        let mut waiting: BTreeSet<(usize, u32, usize)> =
+            (0..self.n).map(|variable| (rank[variable], degrees[variable], variable)).collect();
+        let mut order = Vec::with_capacity(self.n);
+        while let Some((_, _, first)) = waiting.pop_first() {
+            let met: Vec<usize> = left.of(first).collect();
+            let mut row = left.bits[first * self.words..][..self.words].to_vec();
+            row[first / 64] |= 1 << (first % 64);
+            // Those that meet no other than `first` does follow it, and make no fill.
+            let is_like_first = |other: &usize| {
+                let of_other = &left.bits[other * self.words..][..self.words];
+                rank[*other] == rank[first] && of_other.iter().zip(&row).all(|(bits, row)| bits & !row == 0)
+            };
+            let (followers, met): (Vec<usize>, Vec<usize>) = met.into_iter().partition(is_like_first);
+            for &follower in &followers {
+                waiting.remove(&(rank[follower], degrees[follower], follower));
+            }
+            for &gone in [&first].into_iter().chain(&followers) {
+                order.push(gone);
+                row[gone / 64] &= !(1 << (gone % 64));
+            }
+            for &other in &met {
+                let target = &mut left.bits[other * self.words..][..self.words];
+                target.iter_mut().zip(&row).for_each(|(t, r)| *t |= r);
+                for &gone in followers.iter().chain([&first, &other]) {
+                    target[gone / 64] &= !(1 << (gone % 64));
+                }
+                let now = degree(&left, other);
+                waiting.remove(&(rank[other], degrees[other], other));
+                waiting.insert((rank[other], now, other));
+                degrees[other] = now;
+            }
         }
-        order.sort_by_key(|&variable| rank[variable]);
         order
     }
 

@@ -6,7 +6,7 @@ use super::tree::{Indefinite, Place, Tree};
 use crate::factor::{Factor, LinearFactor};
 use crate::graph::Graph;
 use crate::variable::{Key, Value, Values};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// When work is worth its while.
@@ -35,6 +35,36 @@ struct Linearized<'m> {
     factor: Box<dyn Factor + 'm>,
     /// The residual where the term was made, weighted as there.
     residual: DVector<f64>,
+    /// Its variables, and how far the residual moves with each at most.
+    reach: Vec<(usize, f64)>,
+    /// Bound of how far the residual has moved since the term was made.
+    path: f64,
+    /// Where on that path it is looked at next.
+    next: f64,
+}
+
+impl<'m> Linearized<'m> {
+    /// Just made, to be looked at once the residual may have moved by `limit`.
+    fn new(factor: Box<dyn Factor + 'm>, term: &Term, residual: DVector<f64>, limit: f64) -> Self {
+        // The largest singular value is no more than this.
+        let bound = |jacobian: &DMatrix<f64>| (jacobian * jacobian.transpose()).norm().sqrt();
+        let reach = term.variables.iter().copied().zip(term.jacobians.iter().map(bound)).collect();
+        Self { factor, residual, reach, path: 0.0, next: limit }
+    }
+
+    /// Takes note that a variable moved; true where it is time to look.
+    fn move_on(&mut self, variable: usize, distance: f64) -> bool {
+        let reach = self.reach.iter().find(|(of, _)| *of == variable).map_or(0.0, |(_, reach)| *reach);
+        self.path += reach * distance;
+        self.path > self.next
+    }
+
+    /// Looked at: the residual changed by `change` since the term was made, and is `off` the term by no more than `limit`, which is taken to
+    /// grow with the square of the change.
+    fn look_later(&mut self, change: f64, off: f64, limit: f64) {
+        let growth = ((limit / off).sqrt() - 1.0).clamp(0.0, 1.0);
+        self.next = self.path + limit.max(growth * change);
+    }
 }
 
 /// A posterior that grows, and its maximum.
@@ -43,7 +73,8 @@ pub struct Smoother<'m> {
     tree: Tree,
     charts: Vec<Chart>,
     index: BTreeMap<Key, usize>,
-    factors: BTreeMap<usize, Linearized<'m>>,
+    /// By their terms.
+    factors: Vec<Option<Linearized<'m>>>,
     values: Values,
     waiting: BTreeSet<usize>,
 }
@@ -56,7 +87,7 @@ impl<'m> Smoother<'m> {
             tree: Tree::default(),
             charts: Vec::new(),
             index: BTreeMap::new(),
-            factors: BTreeMap::new(),
+            factors: Vec::new(),
             values: Values::default(),
             waiting: BTreeSet::new(),
         }
@@ -100,8 +131,10 @@ impl<'m> Smoother<'m> {
             }
             match self.linearize(&*factor) {
                 Some((term, residual)) => {
+                    let made = Linearized::new(factor, &term, residual, self.thresholds.relinearization);
                     let index = self.tree.add_term(term);
-                    self.factors.insert(index, Linearized { factor, residual });
+                    self.factors.resize_with(index, || None);
+                    self.factors.push(Some(made));
                 }
                 None => left_out += 1,
             }
@@ -112,7 +145,7 @@ impl<'m> Smoother<'m> {
     /// Removes an object's variables and all their factors.
     pub fn remove_object(&mut self, track: usize) {
         for term in self.tree.remove_object(2 * track) {
-            self.factors.remove(&term);
+            self.factors[term] = None;
             self.waiting.remove(&term);
         }
         for key in [Key::Object(track), Key::Latent(track), Key::Extents(track), Key::Offset(track)] {
@@ -128,8 +161,7 @@ impl<'m> Smoother<'m> {
 
     /// Updates until no residual is farther than `relinearization` from its linearisation, or `rounds` are over; true if none is.
     pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, Indefinite> {
-        let all: Vec<usize> = self.factors.keys().copied().collect();
-        self.waiting.extend(all);
+        self.waiting.extend(0..self.factors.len());
         let thresholds = Thresholds { relinearization, propagation: 0.0, rounds };
         Ok(!self.update_within(thresholds)?.is_unfinished)
     }
@@ -138,21 +170,25 @@ impl<'m> Smoother<'m> {
         let mut update = Update::default();
         for round in 0.. {
             for term in std::mem::take(&mut self.waiting) {
-                update.relinearized += usize::from(self.relinearize(term));
+                update.relinearized += usize::from(self.relinearize(term, thresholds.relinearization));
             }
             self.tree.factorize()?;
             let moved = self.tree.solve(thresholds.propagation);
             update.solved += moved.len();
-            for &variable in &moved {
+            let mut due = Vec::new();
+            for &(variable, distance) in &moved {
                 let Chart { key, .. } = self.charts[variable];
                 self.values.insert(key, self.charts[variable].at(self.tree.solution(variable)));
+                let factors = &mut self.factors;
+                due.extend(self.tree.terms_of(variable).filter(|&term| {
+                    factors[term].as_mut().is_some_and(|factor| factor.move_on(variable, distance))
+                }));
             }
             self.rebase(&moved);
-            let checked: BTreeSet<usize> =
-                moved.iter().flat_map(|&variable| self.tree.terms_of(variable)).collect();
-            let is_off = |term: &usize| self.is_off(*term, thresholds.relinearization);
-            let off: Vec<usize> = checked.into_iter().filter(is_off).collect();
-            self.waiting.extend(off);
+            due.sort_unstable();
+            due.dedup();
+            due.retain(|term| self.is_off(*term, thresholds.relinearization));
+            self.waiting.extend(due);
             if self.waiting.is_empty() || round + 1 >= thresholds.rounds {
                 break;
             }
@@ -174,8 +210,8 @@ impl<'m> Smoother<'m> {
     }
 
     /// Poses that have turned too far get a chart about where they are.
-    fn rebase(&mut self, moved: &[usize]) {
-        for &variable in moved {
+    fn rebase(&mut self, moved: &[(usize, f64)]) {
+        for &(variable, _) in moved {
             if !self.charts[variable].is_left(self.tree.solution(variable)) {
                 continue;
             }
@@ -187,13 +223,14 @@ impl<'m> Smoother<'m> {
         }
     }
 
-    fn relinearize(&mut self, index: usize) -> bool {
-        let Some(linearized) = self.factors.get(&index) else { return false };
+    /// Linearises a factor anew; it is looked at again once its residual may have moved by `limit`.
+    fn relinearize(&mut self, index: usize, limit: f64) -> bool {
+        let Some(linearized) = &self.factors[index] else { return false };
         let Some((term, residual)) = self.linearize(&*linearized.factor) else { return false };
-        self.tree.replace_term(index, term);
-        if let Some(linearized) = self.factors.get_mut(&index) {
-            linearized.residual = residual;
+        if let Some(Linearized { factor, .. }) = self.factors[index].take() {
+            self.factors[index] = Some(Linearized::new(factor, &term, residual, limit));
         }
+        self.tree.replace_term(index, term);
         true
     }
 
@@ -217,25 +254,28 @@ impl<'m> Smoother<'m> {
     }
 
     /// Whether the residual is farther than `limit` from that of the linearisation.
-    fn is_off(&self, index: usize, limit: f64) -> bool {
-        let (Some(term), Some(linearized)) = (self.tree.term(index), self.factors.get(&index)) else {
+    fn is_off(&mut self, index: usize, limit: f64) -> bool {
+        let (Some(term), Some(linearized)) = (self.tree.term(index), &mut self.factors[index]) else {
             return false;
         };
         let mut predicted = term.constant.clone();
         for (&variable, jacobian) in term.variables.iter().zip(&term.jacobians) {
-            predicted += jacobian * DVector::from_column_slice(self.tree.solution(variable));
+            predicted.gemv(
+                1.0,
+                jacobian,
+                &DVectorView::from_slice(self.tree.solution(variable), jacobian.ncols()),
+                1.0,
+            );
         }
+        let change = (&predicted - &linearized.residual).norm();
         // What did not change by more than the limit is taken as linear.
-        if (&predicted - &linearized.residual).norm() <= limit {
-            return false;
-        }
-        match linearized.factor.residual(&self.values) {
-            Some(residual) => {
-                let root = root_weight(&*linearized.factor, &residual);
-                (residual * root - predicted).norm() > limit
-            }
-            None => false,
-        }
+        let residual = if change <= limit { None } else { linearized.factor.residual(&self.values) };
+        let off = residual.map_or(0.0, |residual| {
+            let root = root_weight(&*linearized.factor, &residual);
+            (residual * root - predicted).norm()
+        });
+        linearized.look_later(change, off, limit);
+        off > limit
     }
 }
 

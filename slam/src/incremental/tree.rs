@@ -3,7 +3,7 @@
 //! Variables of an object are eliminated first, in a leaf of their own. Of the others, the renewed ones are ordered afresh, those that the
 //! change touches last: they are what the next change touches too (Kaess et al., iSAM2, IJRR 2012, with fronts in place of cliques).
 
-use super::front::Front;
+use super::front::{Eliminated, Front};
 use super::object::ObjectEquations;
 use super::order::Meetings;
 use super::term::Term;
@@ -47,7 +47,7 @@ struct Variable {
 struct Node {
     eliminated: Vec<usize>,
     separator: Vec<usize>,
-    front: Front,
+    front: Eliminated,
     parent: Option<usize>,
     children: BTreeSet<usize>,
     /// The separator's numbers that the eliminated ones were solved for; none yet where empty and the separator is not.
@@ -75,6 +75,8 @@ pub struct Tree {
     /// Variables whose terms changed.
     touched: BTreeSet<usize>,
     solution: Vec<f64>,
+    /// What the next front is assembled in.
+    memory: Vec<f64>,
 }
 
 impl Tree {
@@ -172,7 +174,7 @@ impl Tree {
 
     /// Numbers in all fronts: what the factorisation holds in memory.
     pub fn entries(&self) -> usize {
-        self.nodes.values().map(|node| node.front.gradient.len().pow(2)).sum()
+        self.nodes.values().map(|node| node.front.entries()).sum()
     }
 
     fn object_of(&self, term: &Term) -> Option<usize> {
@@ -274,7 +276,7 @@ impl Tree {
                 equations.insert(made)
             }
         };
-        let front = equations.front();
+        let front = equations.front(std::mem::take(&mut self.memory));
         let (eliminated, separator) = (equations.eliminated().to_vec(), equations.separator().to_vec());
         self.add_node(eliminated, separator, front)
     }
@@ -304,12 +306,12 @@ impl Tree {
             meetings.connect(&separator);
         }
         let newest = chain.iter().copied().filter(|v| self.variables[*v].place == Place::Chain).max();
-        let rank: Vec<u8> = chain
+        let rank: Vec<usize> = chain
             .iter()
             .map(|variable| match self.variables[*variable].place {
                 Place::Shared => 3,
                 _ if Some(*variable) == newest => 2,
-                _ => u8::from(recent.contains(variable)),
+                _ => usize::from(recent.contains(variable)),
             })
             .collect();
         let order = meetings.order(&rank);
@@ -341,7 +343,7 @@ impl Tree {
                 n += dims[variable];
             }
             let own: usize = clique.eliminated.iter().map(|&variable| dims[variable]).sum();
-            let mut front = Front::new(own, n - own);
+            let mut front = Front::new(own, n - own, std::mem::take(&mut self.memory));
             let mut children = Vec::new();
             for &variable in &clique.eliminated {
                 for term in &terms_at[variable] {
@@ -385,32 +387,38 @@ impl Tree {
         mut front: Front,
     ) -> Result<usize, Indefinite> {
         let mut damping = LEAST_DAMPING;
-        while !front.eliminate() {
+        let done = loop {
+            if let Some(done) = front.eliminate() {
+                break done;
+            }
             if damping > MOST_DAMPING {
                 return Err(Indefinite { variable: eliminated[0] });
             }
             front.damp(damping);
             damping *= 100.0;
-        }
+        };
+        self.memory = front.numbers;
         let index = self.next_node;
         self.next_node += 1;
         for &variable in &eliminated {
             self.variables[variable].node = Some(index);
         }
         let children = BTreeSet::new();
-        self.nodes
-            .insert(index, Node { eliminated, separator, front, parent: None, children, solved_for: None });
+        self.nodes.insert(
+            index,
+            Node { eliminated, separator, front: done, parent: None, children, solved_for: None },
+        );
         Ok(index)
     }
 
-    /// Solves for all variables that depend on what changed by more than `tolerance`; returns those that moved.
-    pub fn solve(&mut self, tolerance: f64) -> Vec<usize> {
+    /// Solves for all variables that depend on what changed by more than `tolerance`; returns those solved for, and how far each moved.
+    pub fn solve(&mut self, tolerance: f64) -> Vec<(usize, f64)> {
         let mut moved = Vec::new();
         let mut waiting: Vec<usize> =
             self.nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(index, _)| *index).collect();
         while let Some(index) = waiting.pop() {
             let Some(node) = self.nodes.get_mut(&index) else { continue };
-            let mut given = Vec::with_capacity(node.front.gradient.len() - node.front.eliminated);
+            let mut given = Vec::with_capacity(node.front.separator());
             for &variable in &node.separator {
                 let Variable { start, dim, .. } = self.variables[variable];
                 given.extend_from_slice(&self.solution[start..start + dim]);
@@ -426,9 +434,11 @@ impl Tree {
             let mut first = 0;
             for &variable in &node.eliminated {
                 let Variable { start, dim, .. } = self.variables[variable];
-                self.solution[start..start + dim].copy_from_slice(&solved[first..first + dim]);
+                let (before, now) = (&mut self.solution[start..start + dim], &solved[first..first + dim]);
+                let distance: f64 = before.iter().zip(now).map(|(before, now)| (now - before).powi(2)).sum();
+                before.copy_from_slice(now);
                 first += dim;
-                moved.push(variable);
+                moved.push((variable, distance.sqrt()));
             }
             waiting.extend(&node.children);
         }

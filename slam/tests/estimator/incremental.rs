@@ -1,9 +1,22 @@
-//! The growing problem against the whole one: solutions and marginals after every step, by dense algebra.
+//! The growing problem against the whole one: solutions and marginals after every step, by dense algebra, and the maximum that the
+//! tree settles at, with latents.
 
-use nalgebra::{DMatrix, DVector};
+use crate::model::TanhModel;
+use nalgebra::{DMatrix, DVector, Matrix6, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
-use vantage_dataset::Seed;
-use vantage_slam::incremental::{Place, Term, Tree};
+use vantage_dataset::{Pose, Seed, se3};
+use vantage_slam::Outcome;
+use vantage_slam::covariance::Marginals;
+use vantage_slam::factor::semantic::SemanticScaling;
+use vantage_slam::factor::{
+    BearingFactor, BetweenFactor, Factor, PosePrior, SemanticFactor, StandardNormalPrior, UprightFactor,
+};
+use vantage_slam::graph::Graph;
+use vantage_slam::incremental::{Place, Smoother, Term, Thresholds, Tree};
+use vantage_slam::linear::Structure;
+use vantage_slam::noise::Kernel;
+use vantage_slam::solve::{Limits, solve};
+use vantage_slam::variable::{Key, Value, Values};
 
 /// A linear problem as it should be: all terms, solved at once.
 #[derive(Default)]
@@ -121,4 +134,91 @@ fn every_step_of_a_loop_has_the_solution_and_the_marginals_of_the_whole_problem(
     tree.factorize().unwrap();
     tree.solve(0.0);
     dense.check(&tree);
+}
+
+/// Of a measurement's noise.
+const SIGMA: f64 = 0.1;
+
+/// A robot that passes two objects, with bearings and views that agree but for noise; values are the truth.
+fn passing_two_objects(model: &TanhModel) -> (Graph<'_>, Values) {
+    let mut stream = Seed(14).stream("passing", 0);
+    let (mut graph, mut values) = (Graph::default(), Values::default());
+    for track in 0..2 {
+        let object = Pose::translation(0.6 + track as f64, 0.1, 3.0);
+        values.insert(Key::Object(track), Value::Pose(object));
+        values.insert(Key::Latent(track), Value::Vector(DVector::from_fn(5, |_, _| stream.normal())));
+        graph.push(StandardNormalPrior::new(Key::Latent(track)));
+        graph.push(UprightFactor::new(Key::Object(track), 0.2, UnitQuaternion::identity()));
+    }
+    let motion = Pose::translation(0.3, 0.0, 0.0);
+    for step in 0..8 {
+        let robot = Pose::translation(0.3 * step as f64, 0.0, 0.0);
+        values.insert(Key::Robot(step), Value::Pose(robot));
+        match step.checked_sub(1).map(Key::Robot) {
+            Some(before) => {
+                let information = Matrix6::identity() * 20.0;
+                graph.push(BetweenFactor::new(before, Key::Robot(step), motion, information));
+            }
+            None => graph.push(PosePrior::new(Key::Robot(0), robot, Matrix6::identity() * 100.0)),
+        }
+        for track in 0..2 {
+            let keys = [Key::Robot(step), Key::Object(track), Key::Latent(track)];
+            let place = values.get(keys[1]).unwrap().position().unwrap() - robot.translation.vector;
+            let ray = place.normalize() + 0.03 * Vector3::new(stream.normal(), stream.normal(), 0.0);
+            let kernel = Kernel::Huber { threshold: 2.0 };
+            graph.push(BearingFactor::new(keys[0], keys[1], Pose::identity(), &ray, 0.05, kernel));
+            let view = |measurement| {
+                let scaling = SemanticScaling { noise: 1.0, information: 0.8 };
+                SemanticFactor::new(keys, model, measurement, Pose::identity(), 0.4, scaling)
+            };
+            let predicted = view(DVector::zeros(12)).residual(&values).unwrap() * -SIGMA;
+            graph.push(view(predicted + DVector::from_fn(12, |_, _| 0.5 * SIGMA * stream.normal())));
+        }
+    }
+    (graph, values)
+}
+
+#[test]
+fn latents_settle_at_the_maximum_and_the_marginals_of_the_whole_problem() {
+    let model = TanhModel::new([5, 12, 24], SIGMA, 30.0, Seed(12));
+    let (graph, start) = passing_two_objects(&model);
+    let limits = Limits { iterations: 500, tolerance: 1e-13 };
+    let whole = solve(&graph, start, |_| true, limits);
+    assert_eq!(whole.outcome, Outcome::Converged);
+    let structure = Structure::new(&graph, &whole.values, |_| true).unwrap();
+    let system = structure.linearize(&graph, &whole.values).unwrap();
+    let marginals = Marginals::new(&system).unwrap();
+
+    // A step of the tree has no damping, so it starts near the maximum, and goes to the one there.
+    let mut stream = Seed(13).stream("near the maximum", 0);
+    let mut first = whole.values.clone();
+    for (key, value) in whole.values.iter() {
+        let step: Vec<f64> = (0..value.dim()).map(|_| 1e-3 * stream.normal()).collect();
+        first.retract(key, &step);
+    }
+    let mut smoother = Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, rounds: 3 });
+    assert_eq!(smoother.add(passing_two_objects(&model).0, &first), 0);
+    smoother.update().unwrap();
+    assert!(smoother.settle(1e-11, 200).unwrap());
+    for (key, value) in whole.values.iter() {
+        let covariance = smoother.covariance(key).unwrap();
+        let apart = match (value, smoother.values().get(key).unwrap()) {
+            (Value::Pose(a), Value::Pose(b)) => {
+                DVector::from_column_slice(se3::log(&a.inv_mul(b)).as_slice())
+            }
+            (Value::Vector(a), Value::Vector(b)) => b - a,
+            other => panic!("{key}: {other:?}"),
+        };
+        let variance = covariance.diagonal();
+        for (apart, variance) in apart.iter().zip(variance.iter()) {
+            assert!(apart.abs() < 1e-5 * variance.sqrt(), "{key}: {apart} of {}", variance.sqrt());
+        }
+        let expected = match key {
+            Key::Latent(_) | Key::Offset(_) => marginals.latent_variance(key).unwrap(),
+            _ => marginals.covariances(&[key])[0].as_ref().unwrap().diagonal(),
+        };
+        for (got, expected) in variance.iter().zip(expected.iter()) {
+            assert!((got / expected - 1.0).abs() < 1e-5, "{key}: variance {got}, expected {expected}");
+        }
+    }
 }
