@@ -15,15 +15,16 @@ use vantage_slam::graph::Graph;
 use vantage_slam::incremental::{Smoother, Thresholds};
 use vantage_slam::variable::{Value, Values};
 
-/// As when a robot is followed step by step.
-const THRESHOLDS: Thresholds = Thresholds { relinearization: 0.003, propagation: 3e-5, rounds: 3 };
+/// What is left of a change, as a share of the relinearization threshold; and rounds, as when a robot is followed step by step.
+const PROPAGATION: f64 = 0.01;
+const ROUNDS: usize = 3;
 /// Square roots of information, of the first pose and of each object.
 const GAUGE: f64 = 1e3;
 const WEAK: f64 = 0.1;
 
 /// Prints peak memory; writes two times of each step, of the processor and on the wall, and at the end the values of poses, objects and
 /// latents, as they are and settled.
-pub fn run(graph: &Path, times: &Path, maximum: &Path) -> Result<(), Failure> {
+pub fn run(graph: &Path, relinearization: f64, times: &Path, maximum: &Path) -> Result<(), Failure> {
     let mut source = Source::open(graph)?;
     let mut count = || source.take_count();
     let (poses, detections, objects, latent, measurement) =
@@ -31,7 +32,8 @@ pub fn run(graph: &Path, times: &Path, maximum: &Path) -> Result<(), Failure> {
     let [rotation, translation] = source.take(2)?[..] else { return Err("no deviations".into()) };
     let deviations = Vector6::from_fn(|i, _| if i < 3 { rotation } else { translation });
     let odometry = Matrix6::from_diagonal(&deviations.map(|deviation| 1.0 / deviation));
-    let mut smoother = Smoother::new(THRESHOLDS);
+    let propagation = PROPAGATION * relinearization;
+    let mut smoother = Smoother::new(Thresholds { relinearization, propagation, rounds: ROUNDS });
     let mut seen = BTreeSet::new();
     let mut seconds = Numbers::create(times)?;
     let held = peak_bytes()?;
