@@ -130,11 +130,6 @@ impl Front {
 }
 
 impl Eliminated {
-    /// Numbers that it holds.
-    pub fn entries(&self) -> usize {
-        self.gradient.len() * self.columns.ncols() + self.rest.len()
-    }
-
     /// S.
     pub fn separator(&self) -> usize {
         self.columns.nrows() - self.columns.ncols()

@@ -98,11 +98,6 @@ impl<'m> Smoother<'m> {
         &self.values
     }
 
-    /// Numbers that the factorisation holds.
-    pub fn entries(&self) -> usize {
-        self.tree.entries()
-    }
-
     /// Adds a variable at a first value.
     pub fn add_variable(&mut self, key: Key, value: Value) {
         let place = match key {
