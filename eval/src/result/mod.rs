@@ -5,6 +5,7 @@ pub mod distribution;
 pub mod error;
 pub mod folder;
 pub mod gain;
+pub mod gains_text;
 pub mod grid;
 pub mod holm;
 pub mod kind;
