@@ -73,7 +73,7 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
     assert!(told[0].contains("there is no 0.tum") && told[1].contains("steps have a pose"), "{told:?}");
 
     let read = |name: &str| fs::read_to_string(scene.path("out/scenes/small").join(name)).unwrap();
-    assert_eq!(read("tables.md").matches("| mine ").count(), 2, "scores and differences");
+    assert_eq!(read("tables.md").matches("| mine ").count(), 5, "scores, differences and three gains");
     assert!(read("trajectory.svg").contains("mine") && !read("trajectory.svg").contains("lost"));
     assert!(scene.path("out/scenes/small/0/mine.tum").exists());
     let manifest: serde_json::Value = serde_json::from_str(&read("manifest.json")).unwrap();

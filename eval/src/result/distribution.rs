@@ -34,6 +34,21 @@ pub fn student_t_within(x: f64, degrees: f64) -> f64 {
     fisher_f_cdf(x * x, 1.0, degrees)
 }
 
+/// `P(X <= x)` of the standard normal law.
+pub fn normal_cdf(x: f64) -> f64 {
+    libm::erfc(-x / std::f64::consts::SQRT_2) / 2.0
+}
+
+/// The `x` with `P(X <= x) = probability`, between 0 and 1, of the standard normal law.
+pub fn normal_quantile(probability: f64) -> f64 {
+    let (mut low, mut high) = (-40.0, 40.0);
+    for _ in 0..80 {
+        let middle = (low + high) / 2.0;
+        if normal_cdf(middle) < probability { low = middle } else { high = middle }
+    }
+    (low + high) / 2.0
+}
+
 /// The regularized incomplete beta function `I_x(a, b)`, `0 <= x <= 1`.
 pub(crate) fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
@@ -133,6 +148,19 @@ mod tests {
     fn the_ends_are_0_and_1() {
         assert_eq!((chi_squared_cdf(0.0, 3.0), chi_squared_cdf(1e6, 3.0)), (0.0, 1.0));
         assert_eq!((fisher_f_cdf(0.0, 3.0, 4.0), fisher_f_cdf(f64::INFINITY, 3.0, 4.0)), (0.0, 1.0));
+    }
+
+    #[test]
+    fn the_normal_law_and_its_quantiles_are_those_of_the_tables() {
+        for (x, expected) in [(-3.0, 0.0013498980316300933), (0.0, 0.5), (1.96, 0.9750021048517795)] {
+            assert_relative_eq!(normal_cdf(x), expected, max_relative = 1e-14);
+        }
+        for (probability, expected) in
+            [(0.975, 1.959963984540054), (0.8, 0.8416212335729143), (0.0001, -3.7190164854556804)]
+        {
+            assert_relative_eq!(normal_quantile(probability), expected, max_relative = 1e-13);
+        }
+        assert!(normal_quantile(0.5).abs() < 1e-15);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::distribution::incomplete_beta;
 use super::metric::{Better, Metric};
 use super::run::Run;
 use super::statistics::{Mean, quantile};
+use super::wilcoxon::wilcoxon;
 use vantage_dataset::Seed;
 
 /// Differences by seed, at least one.
@@ -11,15 +12,46 @@ use vantage_dataset::Seed;
 pub struct Paired {
     metric: Metric,
     differences: Vec<(Seed, f64)>,
+    /// The method's and the reference's, in the same order.
+    scores: Vec<(f64, f64)>,
 }
 
 impl Paired {
     /// Of runs on the same seeds, over those on which both scores are defined; `None` where that is none.
     pub fn of(metric: Metric, method: &[Run], reference: &[Run]) -> Option<Self> {
         let score = |run: &Run| run.scores.get(&metric).copied();
-        let difference = |(own, other): (&Run, &Run)| Some((own.seed, score(own)? - score(other)?));
-        let differences: Vec<_> = method.iter().zip(reference).filter_map(difference).collect();
-        (!differences.is_empty()).then_some(Self { metric, differences })
+        let both = |(own, other): (&Run, &Run)| Some((own.seed, (score(own)?, score(other)?)));
+        let (seeds, scores): (Vec<Seed>, Vec<(f64, f64)>) =
+            method.iter().zip(reference).filter_map(both).unzip();
+        let differences = scores.iter().map(|(own, other)| own - other);
+        let differences = seeds.into_iter().zip(differences).collect();
+        (!scores.is_empty()).then_some(Self { metric, differences, scores })
+    }
+
+    /// What they are differences of.
+    pub fn metric(&self) -> Metric {
+        self.metric
+    }
+
+    /// The differences, in the order of the seeds.
+    pub fn differences(&self) -> Vec<f64> {
+        self.differences.iter().map(|(_, difference)| *difference).collect()
+    }
+
+    /// The method's score and the reference's, in the order of the seeds.
+    pub fn scores(&self) -> &[(f64, f64)] {
+        &self.scores
+    }
+
+    /// The reference's mean over these seeds.
+    pub fn reference_mean(&self) -> Option<f64> {
+        Mean::of(&self.scores.iter().map(|(_, reference)| *reference).collect::<Vec<_>>())
+            .map(|mean| mean.mean)
+    }
+
+    /// Two-sided p-value of Wilcoxon's signed ranks; `None` where all differences are zero.
+    pub fn p(&self) -> Option<f64> {
+        wilcoxon(&self.differences())
     }
 
     /// How many seeds have both scores.
@@ -29,7 +61,7 @@ impl Paired {
 
     /// Their mean, summed in the order of the seeds.
     pub fn mean(&self) -> Option<Mean> {
-        Mean::of(&self.differences.iter().map(|(_, difference)| *difference).collect::<Vec<_>>())
+        Mean::of(&self.differences())
     }
 
     /// On how many seeds the method is better than the reference; of a score that has a target, none.
@@ -100,13 +132,18 @@ mod tests {
         assert_eq!(paired.median_seed(), Some(Seed(2)));
         assert!((paired.median().unwrap() + 0.1).abs() < 1e-12);
         assert!((paired.mean().unwrap().mean + 0.1).abs() < 1e-12);
+        assert_eq!(paired.scores(), [(0.2, 0.5), (0.6, 0.5), (0.4, 0.5)]);
+        assert_eq!((paired.reference_mean(), paired.p()), (Some(0.5), Some(0.75)));
     }
 
     #[test]
     fn seeds_agree_where_a_coin_would_not() {
         let agree = |better: u64, seeds: u64| {
-            let difference = |seed| (Seed(seed), if seed < better { -0.1 } else { 0.01 });
-            Paired { metric: Metric::Ate, differences: (0..seeds).map(difference).collect() }.seeds_agree()
+            let runs = |own: f64, other: f64| -> Vec<Run> {
+                let ate = |seed| if seed < better { own } else { other };
+                (0..seeds).map(|seed| run("a", seed, &[(Metric::Ate, ate(seed))])).collect()
+            };
+            Paired::of(Metric::Ate, &runs(0.4, 0.51), &runs(0.5, 0.5)).unwrap().seeds_agree()
         };
         assert!(!agree(21, 40), "P of 21 or more, or 19 or less, is 0.87");
         assert!(!agree(26, 40) && agree(27, 40), "P is 0.081, then 0.038");

@@ -2,23 +2,27 @@
 
 use super::error::SaveError;
 use crate::result::folder::ResultFolder;
+use crate::result::gains_text::gains;
 use crate::result::grid::Style;
 use crate::result::manifest::Manifest;
 use crate::result::results_file::{self, Results};
 use crate::result::summary_text;
+use crate::result::table::Table;
 use crate::result::table_text::tables;
 use crate::score::trajectory_scores::TRAJECTORIES;
 
 /// Name of the file of all tables.
 pub const TABLES: &str = "tables.md";
 
-/// All tables as Markdown, under the hash of the model that was scored, what a reader has to know of it, and what it does to the ATE.
+/// All tables as Markdown, each with its gains over the reference, under the hash of the model that was scored, what a reader has to
+/// know of it, and what it does to the ATE.
 pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) -> String {
     let model = model.map(|hash| format!("\nScored model: {hash}\n")).unwrap_or_default();
     let caveat = caveat.map(|caveat| format!("\n{caveat}\n")).unwrap_or_default();
     let answers = results.table(TRAJECTORIES).map(summary_text::answers).unwrap_or_default();
     let answers: String = answers.iter().map(|answer| format!("\n{answer}\n")).collect();
-    let tables = results.tables.iter().map(|table| format!("\n{}", tables(table, Style::Markdown)));
+    let text = |table: &Table| format!("\n{}{}", tables(table, Style::Markdown), gains(table));
+    let tables = results.tables.iter().map(text);
     format!("# {}\n{model}{caveat}{answers}{}", results.scene, tables.collect::<String>())
 }
 

@@ -1,6 +1,8 @@
 //! What a run says first: a table of trajectories, one of latents, and the answer in words.
 
+use super::gains_text::p_text;
 use super::grid::{Style, UNDEFINED, draw_in_parts};
+use super::holm::{SIGNIFICANT, holm};
 use super::metric::Metric;
 use super::table::Table;
 use super::table_text::{mean_text, over, runs_text};
@@ -59,8 +61,8 @@ pub fn answers(table: &Table) -> Vec<String> {
     learned.filter_map(|method| answer(table, method)).collect()
 }
 
-/// What a method does to the reference's ATE, as far as the interval of the paired differences and the seeds' agreement tell;
-/// `None` without an interval.
+/// What a method does to the reference's ATE, as far as the interval of the paired differences, the seeds' agreement and their signed
+/// ranks tell; `None` without an interval.
 pub fn answer(table: &Table, method: &str) -> Option<String> {
     let paired = table.paired(method, Metric::Ate)?;
     let mean = paired.mean()?;
@@ -79,15 +81,29 @@ pub fn answer(table: &Table, method: &str) -> Option<String> {
     let (least, most) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
     let by = metres(mean.mean.abs());
     let interval = format!("(95% interval {} to {} m)", metres(least), metres(most));
-    Some(if paired.seeds_agree() {
-        format!("{method} {verb} the mean ATE of {reference} by {by} m {interval}; {counted}.")
-    } else {
-        format!(
-            "{method} is not told apart from {reference}: its mean ATE is {by} m {comparative} {interval}, but the seeds \
-             disagree; {counted}, and the median difference is {} m.",
-            metres(paired.median()?)
-        )
-    })
+    let p = adjusted_p(table, method)?;
+    let but = match paired.seeds_agree() {
+        true if p < SIGNIFICANT => {
+            return Some(format!(
+                "{method} {verb} the mean ATE of {reference} by {by} m {interval}; {counted}."
+            ));
+        }
+        true => format!("the seeds' signed ranks may be chance (p = {})", p_text(p)),
+        false => "the seeds disagree".to_owned(),
+    };
+    Some(format!(
+        "{method} is not told apart from {reference}: its mean ATE is {by} m {comparative} {interval}, but {but}; {counted}, \
+         and the median difference is {} m.",
+        metres(paired.median()?)
+    ))
+}
+
+/// Wilcoxon's p-value of a method's ATE, adjusted over it and the learned rows; `None` where it never differs from the reference's.
+fn adjusted_p(table: &Table, method: &str) -> Option<f64> {
+    let family = table.methods().iter().filter(|row| *row == method || is_learned(row));
+    let (rows, p): (Vec<&String>, Vec<f64>) =
+        family.filter_map(|row| Some((row, table.paired(row, Metric::Ate)?.p()?))).unzip();
+    rows.iter().position(|row| *row == method).map(|place| holm(&p)[place])
 }
 
 fn mean_of(table: &Table, method: &str, metric: Metric) -> String {
@@ -173,11 +189,17 @@ mod tests {
             table(runs).unwrap()
         };
         let told = |by| answer(&shifted(by), METHODS[2]).unwrap();
-        assert!(told([-0.1, -0.11, -0.1, -0.11]).contains("lowers the mean ATE of geometric by 0.1050 m"));
+        let few = told([-0.1, -0.11, -0.1, -0.11]);
         assert!(
-            told([0.1, 0.11, 0.1, 0.11]).contains("raises")
-                && told([0.1, 0.11, 0.1, 0.11]).contains("0 of 4")
+            few.contains("not told apart") && few.contains("may be chance (p = 0.1250); 4 of 4"),
+            "{few}"
         );
+        let six = |by: f64| {
+            let by: Vec<f64> = (0..6).map(|seed| by * f64::from(100 + seed % 2)).collect();
+            answer(&differing(&by), METHODS[2]).unwrap()
+        };
+        assert!(six(-0.001).contains("lowers the mean ATE of geometric by 0.1005 m"), "{}", six(-0.001));
+        assert!(six(0.001).contains("raises") && six(0.001).contains("0 of 6"), "{}", six(0.001));
         let open = told([-0.1, 0.1, -0.1, 0.05]);
         assert!(open.contains("holds 0") && open.contains("2 of 4 seeds are better"), "{open}");
         assert_eq!(answer(&shifted([0.0; 4]), METHODS[1]), None);
@@ -203,5 +225,23 @@ mod tests {
         let higher = told(&with(0.3, 6));
         assert!(higher.contains("is not told apart") && higher.contains("0.0450 m higher"), "{higher}");
         assert!(told(&with(-0.3, 20)).contains("lowers"), "30 of 40 seeds agree");
+    }
+
+    #[test]
+    fn more_learned_rows_ask_for_more() {
+        let methods = [METHODS[1], "mine", "mine_too"];
+        let row = |seed: u64| {
+            let ates = [0.5, 0.4 + 0.001 * seed as f64, if seed < 3 { 0.45 } else { 0.55 }];
+            methods.into_iter().zip(ates).map(move |(method, ate)| run(method, seed, &[(Metric::Ate, ate)]))
+        };
+        let seeds: Vec<Seed> = (0..6).map(Seed).collect();
+        let runs = (0..6).flat_map(row).collect();
+        let two = Table::new("trajectory", &methods, Some(METHODS[1]), &[Metric::Ate], &seeds, runs).unwrap();
+        let told = answer(&two, "mine").unwrap();
+        assert!(
+            told.contains("may be chance (p = 0.0625); 6 of 6 seeds are better"),
+            "2 times 2 in 2^6: {told}"
+        );
+        assert_eq!(answers(&two).len(), 2);
     }
 }
