@@ -61,6 +61,7 @@ fn extras(sensors: &SensorSpec) -> u64 {
 fn longest(path: &PathSpec) -> f64 {
     match path {
         PathSpec::RandomWalk { legs, leg_length, .. } => f64::from(*legs) * leg_length.high(),
+        PathSpec::Revisit(spec) => 2.0 * spec.pass + spec.detour,
         _ => Track::fixed(path).map_or(0.0, |track| track.length()),
     }
 }

@@ -66,6 +66,26 @@ pub enum SimError {
          `clearance` smaller, or clear the room"
     )]
     NoWalk { legs: usize, longest: usize },
+    /// The way between two passes cannot be as short as it should be.
+    #[error("a detour of {detour} m is too short to come round; expected at least {least:.2} m")]
+    NoDetour {
+        /// What was asked for, metres.
+        detour: f64,
+        /// With so many metres, every seed has a way round.
+        least: f64,
+    },
+    /// What stands in the room, or its wall, is in the way of a path that was drawn.
+    #[error(
+        "the path drawn for this seed passes at {gap:.2} m from a wall or an obstacle, at ({:.2}, {:.2}), expected at least \
+         the robot's {} m; enlarge the room, clear the way, or take another seed",
+        at[0], at[1], crate::plan::body::RADIUS
+    )]
+    BlockedPath {
+        /// Where, world frame, metres.
+        at: [f64; 2],
+        /// Distance from the nearest wall or obstacle, metres; negative inside one.
+        gap: f64,
+    },
     /// No point of the grid is free.
     #[error(
         "no point of the grid is {clearance} m clear of everything; make `clearance` or `spacing` smaller"

@@ -5,7 +5,7 @@ use crate::checked::CheckedScene;
 use crate::error::{Progress, SimError};
 use crate::render::{Light, NO_OBJECT, Placement, RenderScene, Shot};
 use crate::robot::{Drive, drive};
-use crate::scene::PathSpec;
+use crate::scene::{PathSpec, WorldSpec};
 use crate::sensor::detector::Target;
 use crate::sensor::odometry;
 use crate::world::{World, lighting, surroundings};
@@ -30,6 +30,8 @@ pub struct Rollout {
     pub robot_from_camera: Pose,
     /// How far a turntable has turned at each step, radians; empty where none turns.
     table_angles: Vec<f64>,
+    /// The first step under another light, and that light.
+    relit: Option<(usize, Light)>,
 }
 
 /// Makes the world and drives the robot through it. Streams of randomness are named by what they decide, so that, for
@@ -47,6 +49,7 @@ pub fn roll_out(
     let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, seed);
     Ok(Rollout {
         seed,
+        relit: relit(scene.world(), drive.world_from_robot.len(), seed),
         world,
         drive,
         odometry,
@@ -65,6 +68,13 @@ fn table_angles(path: &PathSpec) -> Vec<f64> {
         .collect()
 }
 
+fn relit(spec: &WorldSpec, steps: usize, seed: Seed) -> Option<(usize, Light)> {
+    let share_of_the_drive = spec.relit_at?;
+    let last = steps.saturating_sub(1) as f64;
+    let first = (0..steps).find(|&step| step as f64 > share_of_the_drive * last)?;
+    Some((first, lighting::draw(&spec.lighting, &mut seed.stream("light", 1))))
+}
+
 impl Rollout {
     /// How many images there are.
     pub fn steps(&self) -> usize {
@@ -76,7 +86,7 @@ impl Rollout {
         !self.table_angles.is_empty()
     }
 
-    /// Everything that is drawn, under the episode's light; object `i` has the id `i + 1`.
+    /// Everything that is drawn, under the light at the start; object `i` has the id `i + 1`.
     pub fn render_scene(&self, scene: &CheckedScene) -> RenderScene {
         let spec = scene.world();
         let objects = self.world.objects.iter().zip(&self.world.world_from_object);
@@ -106,14 +116,20 @@ impl Rollout {
         }
     }
 
-    /// The light at a step, in a world that a turntable turns with its object: it stays where the cameras are.
+    /// The light at a step: another one from a share of the drive on, if the scene says so. In a world that a turntable turns
+    /// with its object, it stays where the cameras are.
     pub fn light(&self, step: usize, at_start: &Light) -> Light {
+        if let Some((first, relit)) = &self.relit
+            && step >= *first
+        {
+            return *relit;
+        }
         let Some(&angle) = self.table_angles.get(step) else { return *at_start };
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
         Light { direction: turn * at_start.direction, ..*at_start }
     }
 
-    /// What the detector looks for.
+    /// What the detector looks for, alone under the light at the start: of it only pixels are counted.
     pub fn targets(&self, render_scene: &RenderScene) -> Vec<Target> {
         self.world
             .objects

@@ -107,6 +107,7 @@ pub fn concerns_one_seed(error: &SimError) -> bool {
             | SimError::LeftTheWorld { .. }
             | SimError::LeftThePath { .. }
             | SimError::NoWalk { .. }
+            | SimError::BlockedPath { .. }
             | SimError::NonFinite { .. }
     )
 }

@@ -2,8 +2,9 @@
 
 use crate::plan::body::RADIUS as ROBOT_RADIUS;
 use crate::plan::ground::Ground;
+use crate::plan::revisit::Revisit;
 use crate::plan::track::Track;
-use crate::scene::{PathSpec, RobotSpec, SurfaceSpec, WorldSpec};
+use crate::scene::{PathSpec, RevisitSpec, RobotSpec, SurfaceSpec, WorldSpec};
 use garde::Validate;
 
 /// Distance between the points of a path that are checked, metres.
@@ -19,7 +20,7 @@ const LONGEST: f64 = 14_400.0;
 pub(super) const MANY: u32 = 1000;
 
 /// The rules between parts: the path stays in the room and clear of what the objects stand on, and fits to it. Random walks
-/// and grids keep clear by themselves.
+/// and grids keep clear by themselves; where furniture is in the way of a drawn path, its seed is refused.
 pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result {
     move |robot, ()| {
         // Rules between parts are for parts that keep their own.
@@ -32,6 +33,11 @@ pub fn fits_into(world: &WorldSpec) -> impl Fn(&RobotSpec, &()) -> garde::Result
                 "robot.camera.height, {} m, is above the walls, {} m",
                 robot.camera.height, world.room.height
             )));
+        }
+        if world.relit_at.is_some() && robot.path.stations() {
+            return Err(garde::Error::new(
+                "world.relit_at changes the light during a drive, and nothing drives from station to station; leave it out",
+            ));
         }
         let Some(track) = Track::fixed(&robot.path) else { return fits_without_track(world, robot) };
         if track.length() > LONGEST {
@@ -99,6 +105,41 @@ fn fits_without_track(world: &WorldSpec, robot: &RobotSpec) -> garde::Result {
         (PathSpec::Turntable { .. }, _) => Err(garde::Error::new(
             "the turntable path looks at one object: world.objects must be 1, and world.surface a round_table",
         )),
+        (PathSpec::Revisit(spec), _) => revisit_fits(spec, world),
         _ => Ok(()),
     }
+}
+
+/// Holds every seed's path to the room and to a table in its middle.
+fn revisit_fits(spec: &RevisitSpec, world: &WorldSpec) -> garde::Result {
+    let revisit = Revisit::new(spec);
+    let least = revisit.least_detour();
+    let Some(reach) = revisit.reach().filter(|_| spec.detour >= least) else {
+        return Err(garde::Error::new(format!(
+            "path.revisit.detour, {} m, is too short to come round between such passes, expected at least {least:.2} m",
+            spec.detour
+        )));
+    };
+    let needed = 2.0 * (reach + ROBOT_RADIUS);
+    if needed > world.room.length.min(world.room.width) {
+        return Err(garde::Error::new(format!(
+            "the path of some seeds needs a room of {needed:.2} x {needed:.2} m, got {} x {} m; enlarge world.room or \
+             shorten path.revisit.detour",
+            world.room.length, world.room.width
+        )));
+    }
+    let table = match &world.surface {
+        SurfaceSpec::RoundTable { radius, .. } => *radius,
+        SurfaceSpec::RectangularTable { length, width, .. } => libm::hypot(*length, *width) / 2.0,
+        SurfaceSpec::Pedestals { .. } | SurfaceSpec::Furniture(_) => 0.0,
+    };
+    if spec.distance < table + ROBOT_RADIUS {
+        return Err(garde::Error::new(format!(
+            "the robot would bump into world.surface: the passes are {} m from its middle, expected at least {:.2} m; \
+             raise path.revisit.distance or shrink the table",
+            spec.distance,
+            table + ROBOT_RADIUS
+        )));
+    }
+    Ok(())
 }

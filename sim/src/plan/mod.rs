@@ -8,6 +8,7 @@ pub mod chain;
 pub mod circuit;
 pub mod furnishing;
 pub mod ground;
+pub mod revisit;
 pub mod stand;
 pub mod track;
 pub mod waypoint;

@@ -21,7 +21,7 @@ enum Shape {
 }
 
 impl Track {
-    /// The track of a path that is the same for every seed; `None` for random walks and stations.
+    /// The track of a path that is the same for every seed; `None` for those that a seed draws, and for stations.
     pub fn fixed(path: &PathSpec) -> Option<Self> {
         let shape = match path {
             PathSpec::Circle { radius } => Shape::Circuit(Circuit::circle(*radius)),
@@ -43,7 +43,10 @@ impl Track {
                     .collect();
                 Shape::Chain(Chain::rounded(&points, false, spacing / 2.0))
             }
-            PathSpec::RandomWalk { .. } | PathSpec::Turntable { .. } | PathSpec::Grid { .. } => return None,
+            PathSpec::RandomWalk { .. }
+            | PathSpec::Revisit(_)
+            | PathSpec::Turntable { .. }
+            | PathSpec::Grid { .. } => return None,
         };
         Some(Self { shape, start: 0.0 })
     }

@@ -3,6 +3,7 @@
 mod hand;
 pub mod mount;
 mod pursuit;
+mod revisit;
 mod stations;
 mod walk;
 
@@ -49,6 +50,11 @@ fn track(robot: &RobotSpec, ground: &Ground, seed: Seed) -> Result<Track, SimErr
         (PathSpec::RandomWalk { legs, leg_length, clearance }, None) => {
             let mut stream = seed.stream("walk", 0);
             Track::along(walk::draw(*legs, *leg_length, *clearance, ground, &mut stream)?)
+        }
+        (PathSpec::Revisit(spec), None) => {
+            let track = Track::along(revisit::draw(spec, &mut seed.stream("revisit", 0))?);
+            revisit::keeps_clear(&track, ground)?;
+            track
         }
         (_, None) => return Err(SimError::NoTrack),
     };

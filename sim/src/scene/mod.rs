@@ -7,6 +7,7 @@ pub mod family;
 pub mod furniture;
 pub mod meshes;
 pub mod path;
+pub mod revisit;
 pub mod robot;
 pub mod rule;
 pub mod sensors;
@@ -17,6 +18,7 @@ pub use family::Family;
 pub use furniture::{PieceSpec, Side};
 pub use meshes::{FixtureSpec, MeshSpec, SymmetrySpec, UpAxis};
 pub use path::PathSpec;
+pub use revisit::RevisitSpec;
 pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
 pub use sensors::{
     CameraSpec, DetectorFaultsSpec, DetectorSpec, ImageSpec, LandmarkSpec, MAX_SIDE, OdometrySpec,

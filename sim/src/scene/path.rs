@@ -1,5 +1,6 @@
 //! `robot.path`: where the robot goes, or where images are taken.
 
+use crate::scene::revisit::RevisitSpec;
 use crate::scene::rule::{Interval, interval_within};
 use garde::Validate;
 use schemars::JsonSchema;
@@ -65,6 +66,8 @@ pub enum PathSpec {
         #[garde(range(min = 0.0, max = 5.0), custom(not_nan))]
         clearance: f64,
     },
+    /// Past one place twice, from two sides, with a long way between where it is out of sight; another way for each seed.
+    Revisit(#[garde(dive)] RevisitSpec),
     /// BigBIRD's protocol: the camera at each elevation takes an image at each angle of a table that turns once. Expects
     /// the one object in the middle of a round table.
     Turntable {

@@ -47,6 +47,11 @@ pub struct WorldSpec {
     /// The light, drawn anew for each episode and each session of the training views.
     #[garde(dive)]
     pub lighting: LightingSpec,
+    /// Share of the drive after which the light is another one, drawn from the same ranges; the light stays where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(range(min = 0.0, max = 1.0), custom(not_nan)))]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub relit_at: Option<f64>,
 }
 
 /// What objects stand on.

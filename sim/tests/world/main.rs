@@ -7,6 +7,8 @@ mod determinism;
 mod drive;
 mod look;
 mod paths;
+mod relit;
+mod revisit;
 mod scene;
 mod scene_file;
 mod sensors;

@@ -6,10 +6,10 @@ use vantage_sim::checked::{CheckedScene, Misplaced, SceneError, SceneSpec};
 use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
-use vantage_sim::scene::{HandheldSpec, PathSpec, PieceSpec, SurfaceSpec, WorldSpec};
+use vantage_sim::scene::{HandheldSpec, PathSpec, PieceSpec, RevisitSpec, SurfaceSpec, WorldSpec};
 use vantage_sim::views::training_views;
 
-const SHARING: [&str; 5] = ["sparse_loop", "shelves", "room", "corridor", "aliased"];
+const SHARING: [&str; 6] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "revisit"];
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
@@ -25,6 +25,31 @@ fn shipped_scenes_pass_and_share_their_views() {
     let predictive = checked(shipped("sparse_loop_predictive"));
     assert_eq!(checked(shipped("apartment")).view_conditions(), predictive.view_conditions());
     checked(shipped("turntable"));
+}
+
+#[test]
+fn two_passes_and_the_way_between_fit_each_other_and_the_room() {
+    let with = |change: &dyn Fn(&mut RevisitSpec)| {
+        let mut spec = shipped("revisit");
+        let mut path = RevisitSpec { distance: 2.2, pass: 3.0, angle_deg: 90.0, detour: 30.0 };
+        change(&mut path);
+        spec.robot.path = PathSpec::Revisit(path);
+        refusal(spec)
+    };
+    assert!(with(&|path| path.detour = 15.0).contains("too short to come round"));
+    assert!(with(&|path| path.detour = 60.0).contains("needs a room of"));
+    assert!(with(&|path| path.pass = 9.0).contains("expected 1.1 to 8.8"));
+    assert!(with(&|path| path.pass = f64::NAN).contains("pass"));
+    assert!(with(&|path| path.angle_deg = 270.0).contains("angle_deg"));
+    let close = |path: &mut RevisitSpec| *path = RevisitSpec { distance: 0.5, pass: 1.0, ..*path };
+    let mut wide = shipped("revisit");
+    let PathSpec::Revisit(path) = &mut wide.robot.path else { panic!("a revisit") };
+    close(path);
+    wide.world.surface = SurfaceSpec::RoundTable { radius: 0.4, height: 0.85 };
+    assert!(refusal(wide).contains("bump into world.surface"));
+    let mut pedestals = shipped("revisit");
+    pedestals.world.surface = shipped("corridor").world.surface;
+    assert!(refusal(pedestals).contains("the same for every seed; choose another path"));
 }
 
 #[test]
@@ -78,6 +103,11 @@ fn paths_and_their_parameters_are_checked_together() {
         spec.robot.handheld = Some(HandheldSpec { sway: 0.05, tilt_deg: 1.0, period: 2.0 });
     };
     assert!(with(&swaying).contains("leave `handheld` out"));
+    let relit = |spec: &mut SceneSpec| {
+        *spec = shipped("apartment");
+        spec.world.relit_at = Some(0.5);
+    };
+    assert!(with(&relit).contains("nothing drives from station to station"));
     let below = |spec: &mut SceneSpec| {
         *spec = shipped("turntable");
         spec.robot.camera.height = 0.5;
