@@ -1,4 +1,4 @@
-//! What `bench` carries in itself: the text of a constant that holds the scenes, the studies and the reference models.
+//! What `bench` carries in itself: the text of a constant that holds the scenes, the studies, the maps and the reference models.
 
 use std::fmt::Write;
 use std::fs;
@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// From the workspace's root.
-const FOLDERS: [&str; 3] = ["scenes", "studies", "models"];
+const FOLDERS: [&str; 4] = ["scenes", "studies", "maps", "models"];
 
 /// What a run reads, by its extension: pictures of a training are left out.
 const READ: [&str; 4] = ["yaml", "json", "onnx", "txt"];

@@ -56,6 +56,11 @@ impl Progress {
         }
     }
 
+    /// Notes alone: for stages within one that is shown.
+    pub fn notes_alone() -> Self {
+        Self(Target::Notes)
+    }
+
     /// Lines on `sink`, no two of one stage within `pause` but the first and last.
     pub fn lines_to(sink: impl Write + Send + 'static, pause: Duration) -> Self {
         Self(Target::Lines { sink: Arc::new(Mutex::new(sink)), pause })

@@ -1,4 +1,4 @@
-//! What comes with the program and is in it: scenes, studies and reference models, so that it works without the repository.
+//! What comes with the program and is in it: scenes, studies, maps and reference models, so that it works without the repository.
 
 use crate::progress::Progress;
 use crate::scene_file::FileKind;
@@ -11,7 +11,7 @@ include!(concat!(env!("OUT_DIR"), "/supplied.rs"));
 /// Name of the stage under which the cache keeps the files.
 const STAGE: &str = "supplied";
 
-/// A scene or a study.
+/// A scene, a study or a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Supplied {
     /// Its path from the workspace's root.
@@ -29,7 +29,7 @@ impl Supplied {
     }
 }
 
-/// Every scene and study, by path. Scenes that only studies use are among them.
+/// Every scene, study and map, by path. Scenes that only studies use are among them.
 pub fn files() -> impl Iterator<Item = Supplied> {
     FILES.iter().filter_map(|(path, bytes)| {
         let text = std::str::from_utf8(bytes).ok().filter(|_| path.ends_with(".yaml"))?;
@@ -37,13 +37,10 @@ pub fn files() -> impl Iterator<Item = Supplied> {
     })
 }
 
-/// The scenes that lie in `scenes/`, or the studies that lie in `studies/`.
+/// The files of a kind that lie in the folder of their kind.
 pub fn of_kind(kind: FileKind) -> impl Iterator<Item = Supplied> {
-    let folder = match kind {
-        FileKind::Scene => "scenes/",
-        FileKind::Study => "studies/",
-    };
-    files().filter(move |file| file.kind == kind && file.path.starts_with(folder))
+    let lies_there = move |file: &Supplied| Path::new(file.path).starts_with(kind.folder());
+    files().filter(move |file| file.kind == kind && lies_there(file))
 }
 
 /// Name and kind of each reference model.
@@ -106,13 +103,12 @@ mod tests {
     }
 
     #[test]
-    fn every_scene_and_study_is_there_and_finds_its_model() {
+    fn every_file_is_there_and_scenes_find_their_models() {
         let cache = tempfile::tempdir().unwrap();
         let folder = lay_out(cache.path()).unwrap();
-        for kind in [FileKind::Scene, FileKind::Study] {
+        for kind in [FileKind::Scene, FileKind::Study, FileKind::Map] {
             let names: Vec<_> = of_kind(kind).map(|file| file.name()).collect();
-            let in_folder =
-                fs::read_dir(root().join(if kind == FileKind::Scene { "scenes" } else { "studies" }));
+            let in_folder = fs::read_dir(root().join(kind.folder()));
             let written = in_folder.unwrap().map(|entry| entry.unwrap().path());
             let of_kind = |path: &PathBuf| {
                 path.is_file() && FileKind::of(&fs::read_to_string(path).unwrap()) == Some(kind)

@@ -1,5 +1,6 @@
 //! `bench check SCENE`: fresh results against the committed ones.
 
+use super::scene::error::RunError;
 use super::scene::line::{line, seeds};
 use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
@@ -15,6 +16,9 @@ use std::io::Write;
 /// Compares, and prints what moved.
 pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let scene: SceneFile = scene_file::read(&args.scene)?;
+    if !scene.vary.is_empty() {
+        return Err(RunError::Varies { scene: args.scene.clone(), what: "`bench check`" }.into());
+    }
     let folder = ResultKind::Scene.place(&args.baseline, &scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;

@@ -23,6 +23,7 @@ use crate::result::table::TableError;
 use crate::result::trajectory::TrajectoryError;
 use crate::scene_file::SceneFileError;
 use crate::scene_file::study::VariantError;
+use crate::scene_file::vary::VaryError;
 use crate::score::entry::EntryError;
 use crate::score::pairs::PairsError;
 use thiserror::Error;
@@ -85,6 +86,7 @@ errors! {
     LeftOut(LeftOut) "{0}";
     Validation(ValidationError) "{0}";
     Variant(VariantError) "{0}";
+    Vary(VaryError) "{0}";
     Pairs(PairsError) "an estimate cannot be scored: {0}";
     Trajectory(TrajectoryError) "an estimate is no trajectory: {0}";
     Table(TableError) "{0}";

@@ -1,7 +1,8 @@
-//! `bench list`: scenes, models and studies that come with the program.
+//! `bench list`: scenes, models, studies and maps that come with the program.
 
 use crate::command::error::BenchError;
 use crate::exit::Exit;
+use crate::scene_file::map::MapFile;
 use crate::scene_file::study::StudyFile;
 use crate::scene_file::{FileKind, SceneFile, parse};
 use crate::supplied;
@@ -32,6 +33,12 @@ pub fn list(stdout: &mut impl Write) -> Result<Exit, BenchError> {
         let study: StudyFile = parse(file.text, Path::new(file.path))?;
         let size = format!("{} variants, {} seeds", study.variants.len(), study.seeds);
         item(stdout, file.name(), &size, &study.purpose)?;
+    }
+    writeln!(stdout, "\nMaps, each run by `bench map NAME`:\n")?;
+    for file in supplied::of_kind(FileKind::Map) {
+        let map: MapFile = parse(file.text, Path::new(file.path))?;
+        let size = format!("{} panels of {} cells", map.panels.len(), map.across.over.len());
+        item(stdout, file.name(), &size, &map.purpose)?;
     }
     Ok(Exit::Success)
 }
@@ -88,7 +95,7 @@ mod tests {
         assert_eq!(list(&mut text).unwrap(), Exit::Success);
         let text = String::from_utf8(text).unwrap();
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
-        for kind in [FileKind::Scene, FileKind::Study] {
+        for kind in [FileKind::Scene, FileKind::Study, FileKind::Map] {
             for file in supplied::of_kind(kind) {
                 assert!(text.contains(&format!("\n  {:24} ", file.name())), "{} not in {text}", file.name());
             }

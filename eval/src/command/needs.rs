@@ -17,8 +17,11 @@ pub struct Source<'a> {
 impl Cli {
     /// The scene or the study that the command reads, if any.
     pub fn source(&mut self) -> Option<Source<'_>> {
-        let kind =
-            if matches!(self.command, Some(Command::Study(_))) { FileKind::Study } else { FileKind::Scene };
+        let kind = match self.command {
+            Some(Command::Study(_)) => FileKind::Study,
+            Some(Command::Map(_)) => FileKind::Map,
+            _ => FileKind::Scene,
+        };
         let (path, making) = match &mut self.command {
             None => (self.run.scene.as_mut()?, &self.run.stages.making),
             Some(Command::Calibrate(args)) => (&mut args.validation.scene, &args.validation.making),
@@ -29,6 +32,7 @@ impl Cli {
             Some(Command::Look(args)) => (&mut args.scene, &args.making),
             Some(Command::Train(args)) => (&mut args.scene, &args.making),
             Some(Command::Study(args)) => (&mut args.study, &args.making),
+            Some(Command::Map(args)) => (&mut args.map, &args.making),
             Some(_) => return None,
         };
         Some(Source { path, kind, cache: &making.cache })
@@ -59,6 +63,7 @@ impl Cli {
             Some(Command::Figures(args)) => Some(&args.making),
             Some(Command::Look(args)) => Some(&args.making),
             Some(Command::Study(args)) => Some(&args.making),
+            Some(Command::Map(args)) => Some(&args.making),
             Some(Command::Train(args)) => Some(&args.making),
             Some(_) => None,
         }

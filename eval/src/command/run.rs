@@ -25,6 +25,7 @@ pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Import(args)) => super::import(args, stdout),
         Some(Command::List) => super::list(stdout),
         Some(Command::Look(args)) => super::look(args, stdout),
+        Some(Command::Map(args)) => super::map(args, stdout),
         Some(Command::Models(args)) => super::models(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Study(args)) => super::study(args, stdout),

@@ -7,6 +7,7 @@ pub mod embedding_map;
 mod error;
 pub mod gains;
 pub mod likelihood;
+pub mod map;
 pub mod nees;
 pub mod online;
 pub mod palette;

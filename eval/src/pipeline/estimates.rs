@@ -1,10 +1,11 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
+use super::azimuth_sensor::AzimuthSensor;
 use super::stage_cache::StageCache;
 use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
 use crate::result::run::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
-use crate::scene_file::row::Row;
+use crate::scene_file::row::{Reader, Row};
 use crate::score::object::ObjectEstimate;
 use nalgebra::{Matrix3, Matrix6, Point3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -12,13 +13,17 @@ use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use vantage_dataset::store::{Key, read_observations};
+use vantage_dataset::store::{Key, read_observations, read_truth};
 use vantage_dataset::{Observations, Pose, Seed};
+use vantage_model::ObservationModel;
 use vantage_slam::{
     Estimate, EstimateError, LandmarkEstimate, ObjectEstimate as EstimatedObject, Outcome as Ending,
 };
 
 const FILE: &str = "answer.json";
+
+/// Noise of the ideal sensor, radians: two degrees.
+const IDEAL_SIGMA: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
 /// A row of the table of trajectories, and what it is of.
 #[derive(Clone, Copy)]
@@ -232,7 +237,14 @@ fn answered(
                 observations.get_or_init(|| read)
             }
         };
-        answer(observations, method, spec)
+        let ideal = match method.row.reads_truth() {
+            true => {
+                let truth = read_truth(&episode.folder)?;
+                Some(AzimuthSensor::new(observations, &truth, IDEAL_SIGMA))
+            }
+            false => None,
+        };
+        answer(observations, method, ideal.as_ref(), spec)
     })
 }
 
@@ -243,9 +255,12 @@ pub const PANICKED: &str = "panicked, which is a bug in the estimator";
 fn answer(
     observations: &Observations,
     method: &Method<'_>,
+    ideal: Option<&AzimuthSensor>,
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
-    let estimator = method.row.estimator(&spec.settings(), method.model.reader());
+    let ideal = ideal.map(|sensor| sensor as &dyn ObservationModel);
+    let reader = Reader { ideal, ..method.model.reader() };
+    let estimator = method.row.estimator(&spec.settings(), reader);
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => {
             let mut answer = Answer::new(estimate);

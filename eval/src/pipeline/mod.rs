@@ -3,7 +3,9 @@
 //! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
 //! simulates, trains and estimates nothing.
 
+mod azimuth_sensor;
 mod beliefs;
+mod cells;
 mod code;
 mod episodes;
 mod error;
@@ -21,6 +23,8 @@ mod training;
 mod unseen;
 mod views;
 
+pub use azimuth_sensor::AzimuthSensor;
+pub use cells::{Cell, CellRuns, Pass, cell};
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use error::StageError;
@@ -74,8 +78,17 @@ pub struct Pipeline {
 impl Pipeline {
     /// Reads and checks the scene, and opens the cache and the renderer.
     pub fn open(path: &Path, cache: &Path, choice: RendererChoice) -> Result<Self, StageError> {
-        let file: SceneFile = scene_file::read(path)?;
-        let progress = Progress::detect();
+        Self::of(scene_file::read(path)?, path, cache, choice, Progress::detect())
+    }
+
+    /// Likewise, of a scene that was read from `path`, and may have been changed since.
+    pub fn of(
+        file: SceneFile,
+        path: &Path,
+        cache: &Path,
+        choice: RendererChoice,
+        progress: Progress,
+    ) -> Result<Self, StageError> {
         let scene = file.checked(path, &progress)?;
         let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {

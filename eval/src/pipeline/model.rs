@@ -39,6 +39,7 @@ impl LoadedModel {
             model: self.viewing(),
             pairs: self.model.pairs(),
             readouts: self.readouts.as_ref().map(|(readouts, _)| readouts),
+            ideal: None,
         }
     }
 

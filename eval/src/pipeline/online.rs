@@ -84,6 +84,9 @@ fn run(
     observations: &Observations,
     method: &Method<'_>,
 ) -> Option<Result<OnlineRun, EstimateError>> {
+    if method.row.reads_truth() {
+        return None;
+    }
     let estimator = method.row.estimator(&pipeline.file.estimator.settings(), method.model.reader());
     let mut online = match estimator.online(observations.camera, observations.robot_from_camera)? {
         Ok(online) => online,

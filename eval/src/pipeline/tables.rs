@@ -97,6 +97,27 @@ pub fn tables(
     Ok(Tables { tables, detections })
 }
 
+/// The runs of trajectories alone, with those of their scores that are in `columns`.
+pub fn trajectory_runs(
+    methods: &[Method<'_>],
+    episodes: &[SeedEpisode],
+    answers: &[SeedAnswers],
+    columns: &[Metric],
+) -> Result<Vec<Run>, StageError> {
+    let mut runs = Vec::new();
+    for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
+        let truth = episode.as_ref().ok().map(|episode| read_truth(&episode.folder)).transpose()?;
+        for (method, answer) in methods.iter().zip(answers) {
+            let Scored { mut trajectory, consistency } = scores(answer, truth.as_ref(), false)?;
+            trajectory.extend(consistency);
+            trajectory.retain(|metric, _| columns.contains(metric));
+            let outcome = answer.outcome.clone();
+            runs.push(Run { method: method.name(), seed: *seed, outcome, scores: trajectory });
+        }
+    }
+    Ok(runs)
+}
+
 /// The table of estimates after every step, of the methods that have them, beside `answers` by whole episodes.
 pub fn online_table(
     seeds: &[Seed],

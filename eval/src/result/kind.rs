@@ -11,6 +11,8 @@ pub enum ResultKind {
     Scene,
     /// A study.
     Study,
+    /// A map.
+    Map,
 }
 
 impl ResultKind {
@@ -19,6 +21,7 @@ impl ResultKind {
         let kind = match self {
             Self::Scene => "scenes",
             Self::Study => "studies",
+            Self::Map => "maps",
         };
         out.join(kind).join(name)
     }

@@ -12,6 +12,7 @@ pub mod kind;
 pub mod made_folders;
 pub mod manifest;
 pub mod metric;
+pub mod outcome;
 pub mod output_folder;
 pub mod paired;
 pub mod power;

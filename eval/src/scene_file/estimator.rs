@@ -17,8 +17,8 @@ use vantage_slam::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class` and
-    /// `viewpoint_pairs`.
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs` and
+    /// `ideal_azimuth`.
     #[garde(length(min = 1))]
     pub rows: Vec<Row>,
     /// Most iterations of Levenberg-Marquardt a problem gets. Default: 100.

@@ -1,4 +1,4 @@
-//! Scene or study: what a YAML file is, by its fields.
+//! Scene, study or map: what a YAML file is, by its fields.
 
 use super::read::{options, text};
 use serde::de::IgnoredAny;
@@ -13,16 +13,19 @@ pub enum FileKind {
     Scene,
     /// A study.
     Study,
+    /// A map.
+    Map,
 }
 
 impl FileKind {
-    /// By its text; `None` where it is neither, or is no YAML.
+    /// By its text; `None` where it is none of them, or is no YAML.
     pub fn of(text: &str) -> Option<Self> {
         type Fields = BTreeMap<String, IgnoredAny>;
         let fields: Fields = serde_saphyr::from_str_with_options(text, options()).ok()?;
-        match (fields.contains_key("world"), fields.contains_key("variants")) {
-            (true, false) => Some(Self::Scene),
-            (false, true) => Some(Self::Study),
+        match ["world", "variants", "panels"].map(|field| fields.contains_key(field)) {
+            [true, false, false] => Some(Self::Scene),
+            [false, true, false] => Some(Self::Study),
+            [false, false, true] => Some(Self::Map),
             _ => None,
         }
     }
@@ -32,11 +35,21 @@ impl FileKind {
         Self::of(&text(path).ok()?)
     }
 
+    /// The folder that files of this kind lie in.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Self::Scene => "scenes",
+            Self::Study => "studies",
+            Self::Map => "maps",
+        }
+    }
+
     /// What runs it.
     pub fn command(self) -> &'static str {
         match self {
             Self::Scene => "bench",
             Self::Study => "bench study",
+            Self::Map => "bench map",
         }
     }
 }
@@ -46,6 +59,7 @@ impl fmt::Display for FileKind {
         f.write_str(match self {
             Self::Scene => "scene",
             Self::Study => "study",
+            Self::Map => "map",
         })
     }
 }
@@ -59,6 +73,7 @@ mod tests {
         let cases = [
             ("world: 1\nrobot: 2\n", Some(FileKind::Scene)),
             ("variants: []\nscene: x\n", Some(FileKind::Study)),
+            ("panels: []\nscene: x\n", Some(FileKind::Map)),
             ("world: 1\nvariants: []\n", None),
             ("name: x\n", None),
             ("world: [", None),

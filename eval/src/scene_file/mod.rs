@@ -3,6 +3,7 @@
 mod error;
 pub mod estimator;
 mod kind;
+pub mod map;
 mod place;
 mod range;
 mod read;
@@ -10,6 +11,7 @@ pub mod row;
 pub mod row_name;
 pub mod seeds;
 pub mod study;
+pub mod vary;
 mod words;
 
 pub use error::SceneFileError;
@@ -30,6 +32,7 @@ use vantage_learn::TrainingSpec;
 use vantage_sim::checked::{CheckedScene, SceneError, SceneSpec, fits_into};
 use vantage_sim::error::{Progress as Told, Stage as Reading};
 use vantage_sim::scene::{RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
+use vary::Axis;
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;
@@ -71,6 +74,10 @@ pub struct SceneFile {
     /// What is scored.
     #[garde(dive)]
     pub evaluation: EvaluationSpec,
+    /// One or two fields over several values each: `bench SCENE` then runs every combination, all under the same seeds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(length(max = 2), dive)]
+    pub vary: Vec<Axis>,
 }
 
 impl SceneFile {

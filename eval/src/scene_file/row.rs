@@ -28,6 +28,18 @@ fn rival(settings: &Settings, information: f64) -> Settings {
     Settings { semantics, ..*settings }
 }
 
+/// Settings under which the noise of every view is independent and known: each counts, and counts in full.
+pub fn of_an_ideal_sensor(settings: &Settings) -> Settings {
+    let semantics = SemanticSettings {
+        information_scale: 1.0,
+        minimum_view_separation: 0.0,
+        azimuth_discrepancy: None,
+        unknown_margin: None,
+        ..settings.semantics
+    };
+    Settings { semantics, ..*settings }
+}
+
 /// What rows read crops by.
 #[derive(Clone, Copy)]
 pub struct Reader<'m> {
@@ -37,6 +49,8 @@ pub struct Reader<'m> {
     pub pairs: Option<&'m dyn PairModel>,
     /// Its read-outs, which are there where a row [reads one](Row::reads_out).
     pub readouts: Option<&'m Readouts>,
+    /// An ideal sensor in place of a model, which is there where a row [reads it](Row::reads_truth).
+    pub ideal: Option<&'m dyn ObservationModel>,
 }
 
 impl<'m> Reader<'m> {
@@ -46,6 +60,10 @@ impl<'m> Reader<'m> {
 
     fn pairs(&self) -> &'m dyn PairModel {
         self.pairs.expect("other models are refused where a row reads pairs")
+    }
+
+    fn ideal(&self) -> &'m dyn ObservationModel {
+        self.ideal.expect("it is made where a row reads the truth")
     }
 }
 
@@ -106,6 +124,9 @@ rows! {
     };
     /// Geometric, with the factors of two views of Eq. 15, by a viewpoint-predictive model; runs where a scene names it.
     ViewpointPairs => |settings, reader: Reader<'m>| ViewpointPairs::new(settings, reader.pairs());
+    /// Geometric, with an ideal sensor of azimuths in place of a model: what could be had at best. It reads the truth with noise of two
+    /// degrees; runs where a scene names it.
+    IdealAzimuth => |settings, reader: Reader<'m>| Semantic::new(&of_an_ideal_sensor(settings), reader.ideal());
 }
 
 impl Row {
@@ -125,6 +146,11 @@ impl Row {
     /// Whether it reads views in pairs, as viewpoint-predictive models alone tell them.
     pub fn reads_pairs(self) -> bool {
         self == Row::ViewpointPairs
+    }
+
+    /// Whether it reads an ideal sensor, which is made of the truth.
+    pub fn reads_truth(self) -> bool {
+        self == Row::IdealAzimuth
     }
 
     /// Whether there is one for each model, by whose name it is printed.

@@ -70,6 +70,8 @@ pub enum Command {
     List,
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),
+    /// Runs one scene in many cells, compares all rows in each, and draws where which gains.
+    Map(MapArgs),
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
     Models(ModelsArgs),
     /// Trains models in several ways on the same views and compares them (`--features train`).
@@ -263,6 +265,24 @@ pub struct StudyArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub making: MakingArgs,
+}
+
+/// `bench map FILE`: one scene in many cells.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct MapArgs {
+    /// The map: a file, or the name of one that comes with the program.
+    #[arg(value_name = "MAP")]
+    pub map: PathBuf,
+    /// Folder that gets `maps/NAME`, the results of the map of that name: `results` for those that are committed.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Where from, and what renders.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub making: MakingArgs,
+    /// Seeds 0 to N - 1 instead of those of the scene.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
+    pub seeds: Option<u64>,
 }
 
 /// `bench models DIR...`: what model folders hold.

@@ -10,6 +10,11 @@ pub enum RunError {
     /// A row panicked.
     #[error("an estimator panicked on {}: its runs count as failed, all others were written", scene.display())]
     Panicked { scene: PathBuf },
+    /// Asked for with a scene that stands for many cells.
+    #[error(
+        "{} varies fields of its own, and {what} is of one cell: leave out `vary` of the scene, or {what}", scene.display()
+    )]
+    Varies { scene: PathBuf, what: &'static str },
     /// Every row failed on every seed.
     #[error(
         "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
@@ -35,6 +40,7 @@ impl Ends for RunError {
     fn exit(&self) -> Exit {
         match self {
             Self::Panicked { .. } => Exit::Bug,
+            Self::Varies { .. } => Exit::BadInput,
             Self::NothingAnswered { .. } | Self::NothingOf { .. } | Self::NothingSeen { .. } => {
                 Exit::NothingEvaluated
             }

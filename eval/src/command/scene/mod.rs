@@ -9,6 +9,7 @@ mod said;
 
 use super::cli::{RunArgs, StageArgs};
 use crate::command::error::BenchError;
+use crate::command::map::sweep;
 use crate::exit::Exit;
 use crate::pipeline::{Answer, Naming, PANICKED, model_hash, reference_model};
 use crate::progress::Progress;
@@ -32,6 +33,9 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     // Required by the command line whenever there is no other command.
     let scene = args.scene.clone().unwrap_or_default();
     let file: SceneFile = scene_file::read(&scene)?;
+    if !file.vary.is_empty() {
+        return sweep(args, file, &scene, stdout);
+    }
     if !args.replace {
         keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
     }

@@ -1,11 +1,11 @@
-//! What is no scene and no study, and what may have been meant.
+//! What is no scene, no study and no map, and what may have been meant.
 
 use crate::exit::Ends;
 use crate::scene_file::FileKind;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// What is given in place of a scene or a study.
+/// What is given in place of a scene, a study or a map.
 #[derive(Debug, Error)]
 pub enum SourceError {
     /// A word that is neither a command nor a scene.
@@ -41,7 +41,7 @@ pub enum SourceError {
         /// What it holds of that.
         files: Vec<PathBuf>,
     },
-    /// A study in place of a scene, or the other way round.
+    /// A file of another kind.
     #[error("{} is a {found}, expected a {expected}: `{} {}` runs it", given.display(), found.command(), given.display())]
     Other {
         /// What was given.

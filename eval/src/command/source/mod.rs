@@ -1,4 +1,4 @@
-//! The scene or the study that a command is given: a file, or the name of one that comes with the program.
+//! The scene, the study or the map that a command is given: a file, or the name of one that comes with the program.
 
 pub(super) mod error;
 
@@ -80,15 +80,12 @@ fn is_name(given: &Path) -> bool {
 
 fn named(name: &str) -> Option<supplied::Supplied> {
     let of = |kind| supplied::of_kind(kind).find(|file| file.name() == name);
-    of(FileKind::Scene).or_else(|| of(FileKind::Study))
+    of(FileKind::Scene).or_else(|| of(FileKind::Study)).or_else(|| of(FileKind::Map))
 }
 
 /// What has a name of a kind: what comes with the program and, by their paths, files where they usually lie.
 fn names(kind: FileKind) -> impl Iterator<Item = (String, String)> {
-    let folder = match kind {
-        FileKind::Scene => "scenes",
-        FileKind::Study => "studies",
-    };
+    let folder = kind.folder();
     let supplied = supplied::of_kind(kind).map(|file| file.name().to_owned());
     let there = ["", folder].into_iter().flat_map(move |folder| files_in(Path::new(folder), None));
     let there = there.filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)));

@@ -1,0 +1,137 @@
+//! `bench map FILE`: one scene in many cells, every estimator in each, on the same seeds.
+//!
+//! A scene that varies fields of its own is a map, too: `bench SCENE` comes here.
+
+mod expand;
+mod text;
+
+use super::cli::{MakingArgs, MapArgs, RunArgs};
+use super::scene::error::RunError;
+use crate::command::error::BenchError;
+use crate::command::places::places;
+use crate::exit::Exit;
+use crate::figure::map::{map_png, map_svg};
+use crate::pipeline::{Cell, cell};
+use crate::progress::Progress;
+use crate::result::folder::ResultFolder;
+use crate::result::kind::ResultKind;
+use crate::result::manifest::{Manifest, Renderer};
+use crate::result::output_folder::OutputFolder;
+use crate::result::report::TABLES;
+use crate::result::results_file::{FILE_NAME, Results};
+use crate::result::table::Table;
+use crate::scene_file::map::{COLUMNS, MapFile};
+use crate::scene_file::row::Row;
+use crate::scene_file::{self, SceneFile};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use vantage_dataset::Seed;
+
+pub use text::map_markdown;
+
+/// The figure of all panels.
+pub const MAP_SVG: &str = "map.svg";
+/// The same as pixels.
+pub const MAP_PNG: &str = "map.png";
+
+/// A map with all that it reads.
+struct Source {
+    map: MapFile,
+    /// The map's file, or that of the scene which varies.
+    path: PathBuf,
+    scene: SceneFile,
+    scene_path: PathBuf,
+    kind: ResultKind,
+}
+
+/// Makes the map, prints its tables and writes it below `args.out`.
+pub fn map(args: &MapArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let map: MapFile = scene_file::read(&args.map)?;
+    let scene_path = args.map.parent().unwrap_or(Path::new("")).join(&map.scene);
+    let scene = scene_file::read(&scene_path)?;
+    let source = Source { map, path: args.map.clone(), scene, scene_path, kind: ResultKind::Map };
+    let options = serde_json::to_value(args)?;
+    make(&source, (&args.out, &args.making, args.seeds), options, stdout)
+}
+
+/// Makes the map of a scene that varies some of its fields.
+pub fn sweep(
+    args: &RunArgs,
+    scene: SceneFile,
+    path: &Path,
+    stdout: &mut impl Write,
+) -> Result<Exit, BenchError> {
+    let given = [
+        (args.online, "`--online`"),
+        (args.json, "`--json`"),
+        (args.stages.train, "`--train`"),
+        (!args.stages.model.is_empty(), "`--model`"),
+        (!args.stages.trajectories.is_empty(), "`--trajectories`"),
+    ];
+    if let Some((_, what)) = given.into_iter().find(|(given, _)| *given) {
+        return Err(RunError::Varies { scene: path.to_owned(), what }.into());
+    }
+    let map = MapFile::of_scene(&scene).expect("asked of a scene that varies a field alone");
+    let (path, scene_path) = (path.to_owned(), path.to_owned());
+    let source = Source { map, path, scene, scene_path, kind: ResultKind::Scene };
+    let options = serde_json::to_value(args)?;
+    make(&source, (&args.out, &args.stages.making, args.stages.seeds), options, stdout)
+}
+
+fn make(
+    source: &Source,
+    (out, making, seeds): (&Path, &MakingArgs, Option<u64>),
+    options: serde_json::Value,
+    stdout: &mut impl Write,
+) -> Result<Exit, BenchError> {
+    let out = OutputFolder::probe(out)?;
+    let Source { map, path, scene, scene_path, kind } = source;
+    let seeds: Vec<Seed> = match seeds {
+        Some(count) => (0..count).map(Seed).collect(),
+        None => scene.evaluation.seeds.as_slice().to_vec(),
+    };
+    let passes = expand::passes(map, path, scene)?;
+    let hash = map.hash(&scene_file::hash(scene)?)?;
+    let mut manifest = Manifest { options, ..Manifest::new(&hash, &seeds) };
+
+    let progress = Progress::detect();
+    let stage = progress.stage("cells", passes.len() as u64);
+    let (mut tables, mut seals) = (Vec::new(), blake3::Hasher::new());
+    for (name, passes) in &passes {
+        let started = Instant::now();
+        let renderer = making.renderer.into();
+        let (path, cache, seeds) = (scene_path.as_path(), making.cache.as_path(), seeds.as_slice());
+        let made = cell(&Cell { passes, path, cache, renderer, seeds })?;
+        let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
+        let reference = Row::Geometric.to_string();
+        let reference = methods.contains(&reference.as_str()).then_some(reference.as_str());
+        tables.push(Table::new(name, &methods, reference, &COLUMNS, seeds, made.runs)?);
+        for seal in &made.seals {
+            seals.update(seal.as_bytes());
+        }
+        manifest.model_hashes.extend(made.models);
+        manifest.renderer = Renderer::from(&made.renderer);
+        manifest.took(name, started.elapsed());
+        stage.advance(1);
+    }
+    drop(stage);
+    manifest.dataset_hash = Some(seals.finalize().to_hex().to_string());
+
+    let results = Results::new(&map.name, &hash, tables);
+    let folder = ResultFolder::open(&out, &map.name, *kind, &progress)?;
+    let place = folder.path().to_owned();
+    let text = map_markdown(map, &results);
+    folder.write(TABLES, text.as_bytes())?;
+    folder.write(MAP_SVG, map_svg(map, &results)?.as_bytes())?;
+    folder.write(MAP_PNG, &map_png(map, &results)?)?;
+    folder.write(FILE_NAME, results.to_json()?.as_bytes())?;
+    folder.finish(&manifest)?;
+    progress.note(&format!("written to {}", place.display()));
+    writeln!(stdout, "{text}")?;
+    let kinds =
+        [("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", vec![MAP_SVG, MAP_PNG])];
+    write!(stdout, "{}", places(&place, kinds))?;
+    let any = results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
+    Ok(if any { Exit::Success } else { Exit::NothingEvaluated })
+}

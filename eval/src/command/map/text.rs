@@ -1,0 +1,166 @@
+//! The tables of a map: what came of its hypotheses, and the rows of each panel.
+
+use crate::result::bootstrap::bca_interval;
+use crate::result::grid::{Style, draw};
+use crate::result::holm::holm;
+use crate::result::metric::Metric;
+use crate::result::outcome::outcomes;
+use crate::result::paired::Paired;
+use crate::result::results_file::Results;
+use crate::result::statistics::Mean;
+use crate::result::table::Table;
+use crate::result::wilcoxon::wilcoxon;
+use crate::scene_file::map::{Expectation, Hypothesis, MapFile, Panel};
+use crate::scene_file::vary::told;
+
+/// Scores that have a table of gains.
+const GAINS: [Metric; 3] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading];
+
+/// The text of `tables.md`.
+pub fn map_markdown(map: &MapFile, results: &Results) -> String {
+    let mut text = format!("# {}\n\n{}\n", map.name, map.purpose.trim());
+    text += &hypotheses(map, results);
+    for panel in &map.panels {
+        let tables: Vec<&Table> =
+            map.across.over.iter().filter_map(|value| results.table(&map.cell_name(panel, value))).collect();
+        text += &of_panel(map, panel, &tables);
+    }
+    text
+}
+
+fn hypotheses(map: &MapFile, results: &Results) -> String {
+    if map.hypotheses.is_empty() {
+        return String::new();
+    }
+    let head = [
+        "Hypothesis",
+        "Cells",
+        "Rows",
+        "Expected",
+        "Difference of the ATE [m]",
+        "95%",
+        "p (Holm)",
+        "Outcome",
+    ];
+    let row = |(hypothesis, outcome): (&Hypothesis, &Option<_>)| {
+        let outcome: &Option<crate::result::outcome::Outcome> = outcome;
+        let at: Vec<String> = hypothesis.at.iter().map(told).collect();
+        let than = match &hypothesis.than_in {
+            Some(panel) => format!("{} in {panel}", hypothesis.than),
+            None => hypothesis.than.clone(),
+        };
+        let expected = match hypothesis.expects {
+            Expectation::Less => "less".to_owned(),
+            Expectation::More => "more".to_owned(),
+            Expectation::Within(margin) => format!("within {margin} m"),
+        };
+        let [difference, interval, p, verdict] = match outcome {
+            None => [(); 4].map(|()| "-".to_owned()),
+            Some(outcome) => [
+                signed(outcome.mean.mean),
+                outcome.interval.map_or_else(
+                    || "-".to_owned(),
+                    |(low, high)| format!("{} to {}", signed(low), signed(high)),
+                ),
+                outcome.p.map_or_else(|| "-".to_owned(), probability),
+                outcome.verdict.to_string(),
+            ],
+        };
+        vec![
+            hypothesis.says.clone(),
+            format!("{}, {} {}", hypothesis.panel, map.across.label(), at.join(", ")),
+            format!("{} - {than}", hypothesis.row),
+            expected,
+            difference,
+            interval,
+            p,
+            verdict,
+        ]
+    };
+    let outcomes = outcomes(map, results);
+    let rows = map.hypotheses.iter().zip(&outcomes).map(row).collect();
+    format!(
+        "\n## Hypotheses\n\nWritten down before the map was made.\nA difference counts where Wilcoxon's p is below 0.05 \
+         after Holm's correction over all that expect less or more.\n\n{}",
+        draw(Style::Markdown, &head.map(str::to_owned), rows)
+    )
+}
+
+fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
+    let mut text = format!("\n## {}: {}\n", panel.name, panel.title);
+    if !panel.set.is_empty() {
+        let set: Vec<String> =
+            panel.set.iter().map(|(field, value)| format!("`{field}: {}`", told(value))).collect();
+        text += &format!("\n{}\n", set.join(", "));
+    }
+    let Some(first) = tables.first() else { return text };
+    let head = |first: &str| -> Vec<String> {
+        let values = map.across.over.iter().map(|value| format!("{} {}", map.across.label(), told(value)));
+        std::iter::once(first.to_owned()).chain(values).collect()
+    };
+    let methods = first.methods();
+    for metric in [Metric::Ate, Metric::NeesPose] {
+        let row = |method: &String| {
+            let cells = tables.iter().map(|table| mean(metric, table.cell(method, metric).mean));
+            std::iter::once(method.clone()).chain(cells).collect()
+        };
+        let rows = methods.iter().map(row).collect();
+        let seeds = first.seeds().len();
+        text += &format!("\n{}, mean +- 95% over {seeds} seeds\n\n", metric.heading());
+        text += &draw(Style::Markdown, &head("Row"), rows);
+    }
+    let Some(reference) = first.reference() else { return text };
+    for metric in GAINS {
+        let differs: Vec<&String> = methods.iter().filter(|method| *method != reference).collect();
+        let paired: Vec<Vec<Option<Paired>>> = differs
+            .iter()
+            .map(|method| tables.iter().map(|table| table.paired(method, metric)).collect())
+            .collect();
+        text += &format!(
+            "\n{} less that of {reference}, on the same seed: mean, 95%, seeds better; bold where Holm's p over this table is below 0.05\n\n",
+            metric.heading()
+        );
+        text += &draw(Style::Markdown, &head("Row"), gains(metric, &differs, &paired));
+    }
+    text
+}
+
+fn gains(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) -> Vec<Vec<String>> {
+    let values = |paired: &Paired| -> Vec<f64> { paired.sorted().iter().map(|(_, value)| *value).collect() };
+    let p: Vec<Option<f64>> =
+        paired.iter().flatten().map(|paired| wilcoxon(&values(paired.as_ref()?))).collect();
+    let defined: Vec<f64> = p.iter().flatten().copied().collect();
+    let mut corrected = holm(&defined).into_iter();
+    let p: Vec<Option<f64>> = p.into_iter().map(|p| p.and_then(|_| corrected.next())).collect();
+    let mut p = p.into_iter();
+    let mut cell = |paired: &Option<Paired>| {
+        let p = p.next().flatten();
+        let Some((paired, mean)) = paired.as_ref().and_then(|paired| Some((paired, paired.mean()?))) else {
+            return "-".to_owned();
+        };
+        let shown = |value: f64| metric.display(value);
+        let bold = if p.is_some_and(|p| p < 0.05) { "**" } else { "" };
+        let interval = bca_interval(&values(paired))
+            .map(|(low, high)| format!(" [{}, {}]", shown(low), shown(high)))
+            .unwrap_or_default();
+        format!("{bold}{}{bold}{interval} {}/{}", shown(mean.mean), paired.better(), paired.seeds())
+    };
+    let row = |(method, paired): (&&String, &Vec<Option<Paired>>)| {
+        std::iter::once((*method).clone()).chain(paired.iter().map(&mut cell)).collect()
+    };
+    methods.iter().zip(paired).map(row).collect()
+}
+
+fn mean(metric: Metric, mean: Option<Mean>) -> String {
+    let Some(mean) = mean else { return "-".to_owned() };
+    let half = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
+    metric.display(mean.mean) + &half
+}
+
+fn signed(metres: f64) -> String {
+    format!("{metres:+.4}")
+}
+
+fn probability(p: f64) -> String {
+    if p < 0.0001 { "< 0.0001".to_owned() } else { format!("{p:.4}") }
+}

@@ -1,0 +1,96 @@
+//! A cell of a map: one scene's episodes, and the trajectories of all that runs in it.
+
+use super::tables::trajectory_runs;
+use super::{LoadedModel, Naming, Pipeline, StageError, chosen_model, episodes, estimates, methods, models};
+use crate::progress::Progress;
+use crate::result::run::Run;
+use crate::scene_file::SceneFile;
+use crate::scene_file::map::COLUMNS;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use vantage_dataset::store::read_truth;
+use vantage_dataset::{Seed, Split};
+use vantage_sim::render::RendererInfo;
+use vantage_sim::render::choice::RendererChoice;
+
+/// What runs in a cell: rows that read crops by one model.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// The cell's scene, with the rows and their settings. World, robot and sensors are those of all passes of a cell.
+    pub scene: SceneFile,
+    /// Folder of the model; `None` for the scene's own.
+    pub model: Option<PathBuf>,
+}
+
+/// What a cell is made of.
+pub struct Cell<'a> {
+    /// What runs, at least one.
+    pub passes: &'a [Pass],
+    /// The file that the scene was read from.
+    pub path: &'a Path,
+    /// Folder of the cache.
+    pub cache: &'a Path,
+    /// What renders.
+    pub renderer: RendererChoice,
+    /// Its seeds.
+    pub seeds: &'a [Seed],
+}
+
+/// What came out of a cell.
+pub struct CellRuns {
+    /// The rows, in the order of the estimates.
+    pub methods: Vec<String>,
+    /// Every row's run on every seed.
+    pub runs: Vec<Run>,
+    /// The hash of each model, by its folder's name.
+    pub models: BTreeMap<String, String>,
+    /// The seals of its episodes.
+    pub seals: Vec<String>,
+    /// What rendered.
+    pub renderer: RendererInfo,
+}
+
+/// Simulates, estimates and scores a cell, or takes from the cache what is there.
+pub fn cell(cell: &Cell<'_>) -> Result<CellRuns, StageError> {
+    let mut made: Option<CellRuns> = None;
+    for pass in cell.passes {
+        let quiet = Progress::notes_alone();
+        let pipeline = Pipeline::of(pass.scene.clone(), cell.path, cell.cache, cell.renderer, quiet)?;
+        let more = runs(&pipeline, pass.model.as_deref(), cell.seeds)?;
+        match &mut made {
+            None => made = Some(more),
+            Some(made) => {
+                made.methods.extend(more.methods);
+                made.runs.extend(more.runs);
+                made.models.extend(more.models);
+            }
+        }
+    }
+    Ok(made.expect("something runs in every cell"))
+}
+
+fn runs(pipeline: &Pipeline, model: Option<&Path>, seeds: &[Seed]) -> Result<CellRuns, StageError> {
+    let chosen = chosen_model(pipeline, false, model)?;
+    let models = models(pipeline, &[chosen], Naming::Kind, &[])?;
+    let methods = methods(&pipeline.file.estimator.rows, &models);
+    let episodes = episodes(pipeline, seeds, Split::Test)?;
+    let mut seals = Vec::new();
+    for episode in episodes.iter().filter_map(|(_, episode)| episode.as_ref().ok()) {
+        let truth = read_truth(&episode.folder)?;
+        let instances = || truth.objects.iter().map(|object| object.instance);
+        models.iter().try_for_each(|model| model.check_unseen(instances()))?;
+        seals.push(episode.seal.clone());
+    }
+    let answers = estimates(pipeline, &episodes, &methods)?;
+    let name = |model: &LoadedModel| {
+        let folder = model.folder.file_name().unwrap_or_default();
+        (folder.to_string_lossy().into_owned(), model.model.hash().to_owned())
+    };
+    Ok(CellRuns {
+        methods: methods.iter().map(super::Method::name).collect(),
+        runs: trajectory_runs(&methods, &episodes, &answers, &COLUMNS)?,
+        models: models.iter().map(name).collect(),
+        seals,
+        renderer: pipeline.renderer_info.clone(),
+    })
+}

@@ -1,0 +1,283 @@
+//! The map file: one scene in many cells, the estimators that are compared in each, and what is expected of them.
+
+use super::row::Row;
+use super::vary::{Axis, Fields, told};
+use super::{SceneFile, is_file_name};
+use crate::result::metric::Metric;
+use garde::Validate;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use vantage_dataset::rule::not_nan;
+
+/// Version of the map format.
+pub const VERSION: u32 = 1;
+
+/// A whole map: every panel at every value of one field.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct MapFile {
+    /// Version of the map format: 1.
+    #[garde(range(min = VERSION, max = VERSION))]
+    pub version: u32,
+    /// Name of the map and of its folder of results.
+    #[garde(custom(is_file_name))]
+    pub name: String,
+    /// What the map is to show, in a sentence.
+    #[garde(length(min = 1, max = 1000))]
+    pub purpose: String,
+    /// The scene, relative to the map, with the seeds of every cell.
+    #[garde(skip)]
+    pub scene: PathBuf,
+    /// The field along each panel.
+    #[garde(dive)]
+    pub across: Axis,
+    /// What runs in each cell.
+    #[garde(length(min = 1, max = 10), dive)]
+    pub estimates: Vec<Estimates>,
+    /// The panels.
+    #[garde(length(min = 1, max = 100), dive, custom(panels_differ))]
+    pub panels: Vec<Panel>,
+    /// What is expected, written down before the map is made.
+    #[serde(default)]
+    #[garde(length(max = 100), dive, custom(of_the_map(&self.panels, &self.across)))]
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+/// Rows that read crops by one model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Estimates {
+    /// The rows.
+    #[garde(length(min = 1))]
+    pub rows: Vec<Row>,
+    /// Folder of the model, relative to the map; without it, that of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub model: Option<PathBuf>,
+    /// Fields of `estimator` that these rows have otherwise than the scene.
+    #[serde(default, skip_serializing_if = "Fields::is_empty")]
+    #[garde(custom(of_the_estimator))]
+    pub set: Fields,
+}
+
+/// The scene with some fields replaced.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// Its name in tables.
+    #[garde(custom(is_file_name))]
+    pub name: String,
+    /// Its title in figures.
+    #[garde(length(min = 1, max = 60))]
+    pub title: String,
+    /// Fields of the scene that are replaced.
+    #[serde(default)]
+    #[garde(skip)]
+    pub set: Fields,
+    /// What runs in its cells, in place of what runs in all others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub estimates: Option<Vec<Estimates>>,
+}
+
+/// What is expected of the ATE of a row beside that of another, on the same seeds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Hypothesis {
+    /// In words.
+    #[garde(length(min = 1, max = 300))]
+    pub says: String,
+    /// The panel.
+    #[garde(skip)]
+    pub panel: String,
+    /// The values of the field along the panel whose cells count, averaged on each seed.
+    #[garde(length(min = 1))]
+    pub at: Vec<Value>,
+    /// The row, as tables name it.
+    #[garde(length(min = 1))]
+    pub row: String,
+    /// The row beside which it stands.
+    #[garde(length(min = 1))]
+    pub than: String,
+    /// The panel of that row, where it is another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub than_in: Option<String>,
+    /// What is expected.
+    #[garde(dive)]
+    pub expects: Expectation,
+}
+
+/// What is expected of a difference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Expectation {
+    /// A smaller ATE.
+    Less,
+    /// A larger ATE.
+    More,
+    /// An ATE that differs by less than so many metres, up or down.
+    Within(#[garde(range(min = 0.0, max = 100.0), custom(not_nan))] f64),
+}
+
+/// The scores of each cell.
+pub const COLUMNS: [Metric; 4] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose];
+
+impl MapFile {
+    /// The map of a scene that varies one or two of its own fields; `None` where it varies none.
+    ///
+    /// The first field is that along the panels, the second that which tells panels apart.
+    pub fn of_scene(scene: &SceneFile) -> Option<Self> {
+        let across = scene.vary.first()?.clone();
+        let panels = match scene.vary.get(1) {
+            None => vec![Panel {
+                name: scene.name.clone(),
+                title: scene.name.clone(),
+                set: Fields::new(),
+                estimates: None,
+            }],
+            Some(down) => {
+                let panel = |(i, value): (usize, &Value)| Panel {
+                    name: format!("panel_{i}"),
+                    title: format!("{} {}", down.label(), told(value)),
+                    set: down.at(value),
+                    estimates: None,
+                };
+                down.over.iter().enumerate().map(panel).collect()
+            }
+        };
+        let rows = scene.estimator.rows.clone();
+        Some(Self {
+            version: VERSION,
+            name: scene.name.clone(),
+            purpose: scene.purpose.clone(),
+            scene: PathBuf::new(),
+            across,
+            estimates: vec![Estimates { rows, model: None, set: Fields::new() }],
+            panels,
+            hypotheses: Vec::new(),
+        })
+    }
+
+    /// Hash of the map as read, on a scene of this hash: see [`super::hash`]. Where the scene's file lies does not enter it.
+    pub fn hash(&self, scene_hash: &str) -> Result<String, serde_json::Error> {
+        let anywhere = Self { scene: PathBuf::new(), ..self.clone() };
+        super::hash(&(&anywhere, scene_hash))
+    }
+
+    /// What runs in a panel's cells.
+    pub fn estimates_of<'a>(&'a self, panel: &'a Panel) -> &'a [Estimates] {
+        panel.estimates.as_deref().unwrap_or(&self.estimates)
+    }
+
+    /// The name of the table of a cell.
+    pub fn cell_name(&self, panel: &Panel, value: &Value) -> String {
+        format!("{}, {} {}", panel.name, self.across.label(), told(value))
+    }
+}
+
+fn of_the_estimator(set: &Fields, _: &()) -> garde::Result {
+    match set.keys().find(|field| !field.starts_with("estimator.") || *field == "estimator.rows") {
+        Some(field) => {
+            Err(garde::Error::new(format!("{field}: expected fields of estimator, but `rows`, alone")))
+        }
+        None => Ok(()),
+    }
+}
+
+fn panels_differ(panels: &[Panel], _: &()) -> garde::Result {
+    let mut names = BTreeSet::new();
+    match panels.iter().find(|panel| !names.insert(&panel.name)) {
+        Some(twice) => Err(garde::Error::new(format!("{:?} is there twice", twice.name))),
+        None => Ok(()),
+    }
+}
+
+fn of_the_map(panels: &[Panel], across: &Axis) -> impl FnOnce(&Vec<Hypothesis>, &()) -> garde::Result {
+    move |hypotheses, ()| {
+        for Hypothesis { panel, than_in, at, .. } in hypotheses {
+            let unknown = |name: &&String| panels.iter().all(|panel| panel.name != **name);
+            if let Some(name) = [Some(panel), than_in.as_ref()].into_iter().flatten().find(unknown) {
+                return Err(garde::Error::new(format!("{name:?} is the name of no panel")));
+            }
+            if let Some(value) = at.iter().find(|value| !across.over.contains(value)) {
+                let (value, field) = (told(value), &across.field);
+                return Err(garde::Error::new(format!(
+                    "{value} is none of the values of {field} in `across`"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse;
+    use super::*;
+    use std::path::Path;
+
+    const GOOD: &str = "\
+version: 1
+name: mine
+purpose: To show it.
+scene: s.yaml
+across: { field: robot.laps, over: [1, 1.5] }
+estimates:
+  - { rows: [odometry, geometric] }
+  - { rows: [viewpoint_dependent], model: m, set: { estimator.semantic_noise_scale: 2 } }
+panels:
+  - { name: a, title: As it is }
+  - { name: b, title: Brighter, set: { world.lighting.tint: 0.1 }, estimates: [{ rows: [geometric] }] }
+hypotheses:
+  - { says: It helps., panel: a, at: [1.5], row: viewpoint_dependent, than: geometric, expects: less }
+  - { says: It does not matter., panel: a, at: [1], row: geometric, than: geometric, than_in: b, expects: { within: 0.01 } }
+";
+
+    fn read(text: &str) -> Result<MapFile, String> {
+        parse(text, Path::new("m.yaml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_map_is_read_and_its_hash_is_of_the_scene_and_not_of_its_place() {
+        let map = read(GOOD).unwrap();
+        assert_eq!(map.estimates_of(&map.panels[0]).len(), 2);
+        assert_eq!(map.estimates_of(&map.panels[1]).len(), 1);
+        assert_eq!(map.cell_name(&map.panels[1], &map.across.over[1]), "b, laps 1.5");
+        let elsewhere = read(&GOOD.replace("s.yaml", "x/s.yaml")).unwrap();
+        assert_eq!(map.hash("abc").unwrap(), elsewhere.hash("abc").unwrap());
+        assert_ne!(map.hash("abc").unwrap(), map.hash("abd").unwrap());
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_refused() {
+        for (from, to, said) in [
+            ("name: b", "name: a", "twice"),
+            ("panel: a, at: [1.5]", "panel: c, at: [1.5]", "no panel"),
+            ("than_in: b", "than_in: c", "no panel"),
+            ("at: [1.5]", "at: [3]", "none of the values"),
+            ("estimator.semantic_noise_scale", "world.objects", "fields of estimator"),
+            ("within: 0.01", "within: -1", "lower than 0"),
+            ("rows: [odometry, geometric]", "rows: [odometer]", "odometer"),
+        ] {
+            let error = read(&GOOD.replacen(from, to, 1)).unwrap_err();
+            assert!(error.contains(said) && error.contains("m.yaml:"), "{said} not in: {error}");
+        }
+    }
+
+    #[test]
+    fn a_scene_that_varies_two_fields_is_a_map_of_panels() {
+        let text = include_str!("../../../scenes/tabletop.yaml");
+        let vary =
+            "vary:\n  - { field: robot.laps, over: [1, 2] }\n  - { field: world.objects, over: [3, 6, 9] }\n";
+        let scene: SceneFile = parse(&format!("{text}{vary}"), Path::new("s.yaml")).unwrap();
+        let map = MapFile::of_scene(&scene).unwrap();
+        assert_eq!((map.across.over.len(), map.panels.len()), (2, 3));
+        assert_eq!(map.panels[2].title, "objects 9");
+        let plain: SceneFile = parse(text, Path::new("s.yaml")).unwrap();
+        assert_eq!(MapFile::of_scene(&plain), None);
+    }
+}
