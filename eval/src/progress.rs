@@ -1,6 +1,7 @@
 //! Progress: a bar on a terminal, and few lines anywhere else.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -37,6 +38,7 @@ pub struct Progress(Target);
 #[derive(Clone)]
 enum Target {
     Notes,
+    Once(Arc<Mutex<BTreeSet<String>>>),
     Bars,
     Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration },
 }
@@ -56,9 +58,9 @@ impl Progress {
         }
     }
 
-    /// Notes alone: for stages within one that is shown.
-    pub fn notes_alone() -> Self {
-        Self(Target::Notes)
+    /// Notes alone, each of them once: for what is done again and again within a stage that is shown.
+    pub fn notes_once() -> Self {
+        Self(Target::Once(Arc::default()))
     }
 
     /// Lines on `sink`, no two of one stage within `pause` but the first and last.
@@ -75,6 +77,11 @@ impl Progress {
     pub fn note(&self, line: &str) {
         match &self.0 {
             Target::Notes | Target::Bars => eprintln!("{line}"),
+            Target::Once(said) => {
+                if said.lock().unwrap_or_else(PoisonError::into_inner).insert(line.to_owned()) {
+                    eprintln!("{line}");
+                }
+            }
             Target::Lines { sink, .. } => print(sink, line),
         }
     }
@@ -83,7 +90,7 @@ impl Progress {
     pub fn stage(&self, name: &str, total: u64) -> Stage {
         let now = Instant::now();
         let shown = match &self.0 {
-            Target::Notes => Shown::Nowhere,
+            Target::Notes | Target::Once(_) => Shown::Nowhere,
             Target::Bars => {
                 let bar = ProgressBar::new(total).with_message(name.to_owned());
                 if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len}, {eta} left") {

@@ -4,14 +4,18 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use vantage_eval::command::{INDEX, folders, index, scene_table};
+use vantage_eval::command::{
+    INDEX, MAP_PNG, MAP_SVG, SUMMARY_SVG, folders, index, map_markdown, scene_table,
+};
 use vantage_eval::figure::gains::gains_svg;
+use vantage_eval::figure::map::{map_png, map_summary_svg, map_svg};
 use vantage_eval::result::kind::ResultKind;
 use vantage_eval::result::metric::Metric;
 use vantage_eval::result::paired::Paired;
 use vantage_eval::result::report::{TABLES as TABLES_FILE, markdown};
 use vantage_eval::result::results_file::{FILE_NAME, Results};
 use vantage_eval::result::summary_text::answer;
+use vantage_eval::scene_file::map::MapFile;
 use vantage_eval::scene_file::row_name::is_learned;
 use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
@@ -79,7 +83,8 @@ fn results_have_all_scores_that_a_run_has_today() {
 
 #[test]
 fn manifests_of_results_name_no_folder_of_a_machine() {
-    for path in all().into_iter().map(|folder| folder.join("manifest.json")) {
+    let maps = folders(&root().join("results"), ResultKind::Map);
+    for path in all().into_iter().chain(maps).map(|folder| folder.join("manifest.json")) {
         let text = std::fs::read_to_string(&path).unwrap();
         let manifest: Value = serde_json::from_str(&text).unwrap();
         let words = manifest["command"].as_array().unwrap().iter();
@@ -101,10 +106,32 @@ fn results_of_studies_are_of_the_studies_as_they_are() {
 }
 
 #[test]
-fn scenes_that_serve_studies_alone_are_scenes() {
+fn results_of_maps_are_of_the_maps_as_they_are_and_are_drawn_so() {
+    assert!(!files("maps").is_empty());
+    for path in files("maps") {
+        let map: MapFile = scene_file::read(&path).unwrap();
+        let of_scene = scene(&path.with_file_name("").join(&map.scene)).1;
+        let Some(results) = results(ResultKind::Map, &map.name) else { continue };
+        let remedy = format!("{}: run `bench map MAP --out results`", path.display());
+        assert_eq!(results.scene_hash, map.hash(&of_scene).unwrap(), "{remedy}");
+        let committed = |name: &str| {
+            let folder = ResultKind::Map.place(&root().join("results"), &map.name);
+            std::fs::read(folder.join(name)).unwrap()
+        };
+        assert!(committed(TABLES_FILE) == map_markdown(&map, &results).as_bytes(), "{remedy}");
+        assert!(committed(MAP_SVG) == map_svg(&map, &results).unwrap().as_bytes(), "{remedy}");
+        assert!(committed(MAP_PNG) == map_png(&map, &results).unwrap(), "{remedy}");
+        if let Some(summary) = map_summary_svg(&map, &results).unwrap() {
+            assert!(committed(SUMMARY_SVG) == summary.as_bytes(), "{remedy}");
+        }
+    }
+}
+
+#[test]
+fn scenes_that_serve_studies_and_maps_alone_are_scenes() {
     let views = files("studies/views");
     views.iter().for_each(|path| drop(scene(path)));
-    assert_eq!(views.len(), 6);
+    assert_eq!(views.len(), 9);
 }
 
 #[test]

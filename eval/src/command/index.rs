@@ -1,4 +1,4 @@
-//! `bench index RESULTS_DIR`: the index of a folder of results, what scenes gave and which studies there are.
+//! `bench index RESULTS_DIR`: the index of a folder of results, what scenes gave, and which maps and studies there are.
 
 use super::cli::IndexArgs;
 use super::error::BenchError;
@@ -89,6 +89,11 @@ pub fn index(root: &Path) -> Result<String, ResultsError> {
     for folder in folders(root, ResultKind::Scene) {
         text += &line(root, &folder, "");
     }
+    let maps = folders(root, ResultKind::Map);
+    if !maps.is_empty() {
+        text += "\n## Maps\n\n";
+    }
+    text.extend(maps.iter().map(|folder| line(root, folder, "")));
     text += "\n## Studies\n\n";
     for folder in folders(root, ResultKind::Study) {
         text += &line(root, &folder, &format!(": {}", title(&folder)));

@@ -38,6 +38,7 @@ struct Point {
 
 /// A panel as it is drawn.
 struct Drawing {
+    name: String,
     title: String,
     /// Each row's points, by its place in the key.
     rows: Vec<(usize, Vec<Point>)>,
@@ -46,17 +47,35 @@ struct Drawing {
 /// All panels of a map, as an SVG.
 pub fn map_svg(map: &MapFile, results: &Results) -> Result<String, FigureError> {
     let (names, drawings) = drawings(map, results)?;
-    svg(FIGURE, size(drawings.len()), |area| draw(map, &names, &drawings, area))
+    svg(FIGURE, size(drawings.len()), |area| draw(map, &key(&names), &drawings, area))
 }
 
-/// The same, as a PNG.
+/// The panels and rows of the map's summary, as an SVG; `None` where it has none.
+pub fn map_summary_svg(map: &MapFile, results: &Results) -> Result<Option<String>, FigureError> {
+    let Some(summary) = &map.summary else { return Ok(None) };
+    let (names, mut drawings) = drawings(map, results)?;
+    drawings.retain(|drawing| summary.panels.contains(&drawing.name));
+    let is_shown = |place: &usize| summary.rows.contains(&names[*place]);
+    for drawing in &mut drawings {
+        drawing.rows.retain(|(place, _)| is_shown(place));
+    }
+    let key: Vec<(usize, &str)> = key(&names).into_iter().filter(|(place, _)| is_shown(place)).collect();
+    svg(FIGURE, size(drawings.len()), |area| draw(map, &key, &drawings, area)).map(Some)
+}
+
+/// The same as [`map_svg`], as a PNG.
 pub fn map_png(map: &MapFile, results: &Results) -> Result<Vec<u8>, FigureError> {
     let (names, drawings) = drawings(map, results)?;
     let (width, height) = size(drawings.len());
     let mut canvas = Canvas::new(width, height);
-    let drawn = draw(map, &names, &drawings, &(&mut canvas).into_drawing_area());
+    let drawn = draw(map, &key(&names), &drawings, &(&mut canvas).into_drawing_area());
     drawn.map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
     canvas.png()
+}
+
+/// Each row with its place, which decides its colour.
+fn key(names: &[String]) -> Vec<(usize, &str)> {
+    names.iter().map(String::as_str).enumerate().collect()
 }
 
 fn size(panels: usize) -> (u32, u32) {
@@ -89,7 +108,7 @@ fn drawings(map: &MapFile, results: &Results) -> Result<(Vec<String>, Vec<Drawin
         let low = means.iter().copied().fold(f64::INFINITY, f64::min);
         let high = means.iter().copied().fold(0.0, f64::max);
         let title = format!("{} ({low:.0}-{high:.0} cm)", panel.title);
-        drawings.push(Drawing { title, rows });
+        drawings.push(Drawing { name: panel.name.clone(), title, rows });
     }
     match drawings.is_empty() {
         true => Err(FigureError::Empty { figure: FIGURE }),
@@ -109,34 +128,34 @@ fn point(index: usize, table: &Table, method: &str) -> Option<Point> {
     change.is_finite().then_some(Point { at: index as f64, change, interval: (low, high) })
 }
 
-fn draw<B>(map: &MapFile, names: &[String], drawings: &[Drawing], area: &DrawingArea<B, Shift>) -> Drawn
+fn draw<B>(map: &MapFile, key: &[(usize, &str)], drawings: &[Drawing], area: &DrawingArea<B, Shift>) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
     area.fill(&WHITE)?;
-    let (key, panels) = area.split_vertically(KEY);
-    draw_key(names, &key)?;
+    let (above, panels) = area.split_vertically(KEY);
+    draw_key(key, &above)?;
     let lines = drawings.len().div_ceil(ABREAST);
     let places = panels.split_evenly((lines, drawings.len().min(ABREAST)));
     for (drawing, place) in drawings.iter().zip(&places) {
-        draw_panel(map, drawing, names.len(), place)?;
+        draw_panel(map, drawing, key.len(), place)?;
     }
     Ok(area.present()?)
 }
 
-fn draw_key<B>(names: &[String], area: &DrawingArea<B, Shift>) -> Drawn
+fn draw_key<B>(key: &[(usize, &str)], area: &DrawingArea<B, Shift>) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
     let style = ("sans-serif", 15).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
     let abreast = (area.dim_in_pixel().0 as usize / KEY_WIDTH).max(1);
-    for (i, name) in names.iter().enumerate() {
+    for (i, &(place, name)) in key.iter().enumerate() {
         let (x, y) = (20 + (KEY_WIDTH * (i % abreast)) as i32, 16 + 24 * (i / abreast) as i32);
-        area.draw(&PathElement::new([(x, y), (x + 26, y)], color(i).stroke_width(3)))?;
-        area.draw(&Circle::new((x + 13, y), 4, color(i).filled()))?;
-        area.draw(&Text::new(name.clone(), (x + 34, y), style.clone()))?;
+        area.draw(&PathElement::new([(x, y), (x + 26, y)], color(place).stroke_width(3)))?;
+        area.draw(&Circle::new((x + 13, y), 4, color(place).filled()))?;
+        area.draw(&Text::new(name.to_owned(), (x + 34, y), style.clone()))?;
     }
     Ok(())
 }
@@ -175,8 +194,8 @@ where
         }
     }
     chart.draw_series(LineSeries::new([(-0.5, 0.0), (last, 0.0)], BLACK.stroke_width(1)))?;
-    for (place, points) in &drawing.rows {
-        let aside = 0.5 * ((*place as f64 + 0.5) / rows as f64 - 0.5);
+    for (i, (place, points)) in drawing.rows.iter().enumerate() {
+        let aside = 0.5 * ((i as f64 + 0.5) / rows as f64 - 0.5);
         let (style, at) = (color(*place), |point: &Point| point.at + aside);
         chart
             .draw_series(LineSeries::new(points.iter().map(|p| (at(p), p.change)), style.stroke_width(2)))?;
@@ -201,7 +220,8 @@ mod tests {
     fn made() -> (MapFile, Results) {
         let text = "version: 1\nname: m\npurpose: p\nscene: s\nacross: { field: robot.laps, over: [1, 2] }\n\
                     estimates: [{ rows: [geometric] }]\n\
-                    panels: [{ name: a, title: a<b }, { name: b, title: Other light }]\n";
+                    panels: [{ name: a, title: a<b }, { name: b, title: Other light }]\n\
+                    summary: { panels: [b], rows: [mine] }\n";
         let map: MapFile = parse(text, Path::new("m")).unwrap();
         let seeds: Vec<Seed> = (0..4).map(Seed).collect();
         let mut tables = Vec::new();
@@ -235,6 +255,10 @@ mod tests {
         // In each panel a point a value; in the key one.
         assert_eq!(svg.matches("<circle").count(), 2 * 2 + 1);
         assert_eq!(svg, map_svg(&map, &results).unwrap());
+        let summary = map_summary_svg(&map, &results).unwrap().unwrap();
+        assert!(summary.contains("Other light") && !summary.contains("a&lt;b"), "{summary}");
+        let none = MapFile { summary: None, ..map.clone() };
+        assert_eq!(map_summary_svg(&none, &results).unwrap(), None);
         assert_eq!(map_png(&map, &results).unwrap(), map_png(&map, &results).unwrap());
     }
 

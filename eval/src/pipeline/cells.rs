@@ -34,6 +34,8 @@ pub struct Cell<'a> {
     pub renderer: RendererChoice,
     /// Its seeds.
     pub seeds: &'a [Seed],
+    /// Where it tells of itself.
+    pub progress: &'a Progress,
 }
 
 /// What came out of a cell.
@@ -54,8 +56,8 @@ pub struct CellRuns {
 pub fn cell(cell: &Cell<'_>) -> Result<CellRuns, StageError> {
     let mut made: Option<CellRuns> = None;
     for pass in cell.passes {
-        let quiet = Progress::notes_alone();
-        let pipeline = Pipeline::of(pass.scene.clone(), cell.path, cell.cache, cell.renderer, quiet)?;
+        let progress = cell.progress.clone();
+        let pipeline = Pipeline::of(pass.scene.clone(), cell.path, cell.cache, cell.renderer, progress)?;
         let more = runs(&pipeline, pass.model.as_deref(), cell.seeds)?;
         match &mut made {
             None => made = Some(more),

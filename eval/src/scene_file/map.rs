@@ -40,10 +40,26 @@ pub struct MapFile {
     /// The panels.
     #[garde(length(min = 1, max = 100), dive, custom(panels_differ))]
     pub panels: Vec<Panel>,
+    /// What a figure of few panels shows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive, custom(of_its_panels(&self.panels)))]
+    pub summary: Option<Summary>,
     /// What is expected, written down before the map is made.
     #[serde(default)]
     #[garde(length(max = 100), dive, custom(of_the_map(&self.panels, &self.across)))]
     pub hypotheses: Vec<Hypothesis>,
+}
+
+/// Panels and rows for a reader in a hurry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// The panels, by their names.
+    #[garde(length(min = 1, max = 4))]
+    pub panels: Vec<String>,
+    /// The rows, as tables name them.
+    #[garde(length(min = 1))]
+    pub rows: Vec<String>,
 }
 
 /// Rows that read crops by one model.
@@ -158,6 +174,7 @@ impl MapFile {
             across,
             estimates: vec![Estimates { rows, model: None, set: Fields::new() }],
             panels,
+            summary: None,
             hypotheses: Vec::new(),
         })
     }
@@ -193,6 +210,16 @@ fn panels_differ(panels: &[Panel], _: &()) -> garde::Result {
     match panels.iter().find(|panel| !names.insert(&panel.name)) {
         Some(twice) => Err(garde::Error::new(format!("{:?} is there twice", twice.name))),
         None => Ok(()),
+    }
+}
+
+fn of_its_panels(panels: &[Panel]) -> impl FnOnce(&Option<Summary>, &()) -> garde::Result {
+    move |summary, ()| {
+        let unknown = |name: &&String| panels.iter().all(|panel| panel.name != **name);
+        match summary.iter().flat_map(|summary| &summary.panels).find(unknown) {
+            Some(name) => Err(garde::Error::new(format!("{name:?} is the name of no panel"))),
+            None => Ok(()),
+        }
     }
 }
 
@@ -232,6 +259,7 @@ estimates:
 panels:
   - { name: a, title: As it is }
   - { name: b, title: Brighter, set: { world.lighting.tint: 0.1 }, estimates: [{ rows: [geometric] }] }
+summary: { panels: [b], rows: [geometric] }
 hypotheses:
   - { says: It helps., panel: a, at: [1.5], row: viewpoint_dependent, than: geometric, expects: less }
   - { says: It does not matter., panel: a, at: [1], row: geometric, than: geometric, than_in: b, expects: { within: 0.01 } }
@@ -258,6 +286,7 @@ hypotheses:
             ("name: b", "name: a", "twice"),
             ("panel: a, at: [1.5]", "panel: c, at: [1.5]", "no panel"),
             ("than_in: b", "than_in: c", "no panel"),
+            ("panels: [b]", "panels: [c]", "no panel"),
             ("at: [1.5]", "at: [3]", "none of the values"),
             ("estimator.semantic_noise_scale", "world.objects", "fields of estimator"),
             ("within: 0.01", "within: -1", "lower than 0"),

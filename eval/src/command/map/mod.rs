@@ -10,7 +10,7 @@ use super::scene::error::RunError;
 use crate::command::error::BenchError;
 use crate::command::places::places;
 use crate::exit::Exit;
-use crate::figure::map::{map_png, map_svg};
+use crate::figure::map::{map_png, map_summary_svg, map_svg};
 use crate::pipeline::{Cell, cell};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -32,7 +32,9 @@ pub use text::map_markdown;
 
 /// The figure of all panels.
 pub const MAP_SVG: &str = "map.svg";
-/// The same as pixels.
+/// That of the map's summary.
+pub const SUMMARY_SVG: &str = "summary.svg";
+/// All panels as pixels.
 pub const MAP_PNG: &str = "map.png";
 
 /// A map with all that it reads.
@@ -97,12 +99,13 @@ fn make(
 
     let progress = Progress::detect();
     let stage = progress.stage("cells", passes.len() as u64);
+    let of_cells = Progress::notes_once();
     let (mut tables, mut seals) = (Vec::new(), blake3::Hasher::new());
     for (name, passes) in &passes {
         let started = Instant::now();
         let renderer = making.renderer.into();
         let (path, cache, seeds) = (scene_path.as_path(), making.cache.as_path(), seeds.as_slice());
-        let made = cell(&Cell { passes, path, cache, renderer, seeds })?;
+        let made = cell(&Cell { passes, path, cache, renderer, seeds, progress: &of_cells })?;
         let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
         let reference = Row::Geometric.to_string();
         let reference = methods.contains(&reference.as_str()).then_some(reference.as_str());
@@ -125,12 +128,16 @@ fn make(
     folder.write(TABLES, text.as_bytes())?;
     folder.write(MAP_SVG, map_svg(map, &results)?.as_bytes())?;
     folder.write(MAP_PNG, &map_png(map, &results)?)?;
+    let mut pictures = vec![MAP_SVG, MAP_PNG];
+    if let Some(summary) = map_summary_svg(map, &results)? {
+        folder.write(SUMMARY_SVG, summary.as_bytes())?;
+        pictures.push(SUMMARY_SVG);
+    }
     folder.write(FILE_NAME, results.to_json()?.as_bytes())?;
     folder.finish(&manifest)?;
     progress.note(&format!("written to {}", place.display()));
     writeln!(stdout, "{text}")?;
-    let kinds =
-        [("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", vec![MAP_SVG, MAP_PNG])];
+    let kinds = [("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", pictures)];
     write!(stdout, "{}", places(&place, kinds))?;
     let any = results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
     Ok(if any { Exit::Success } else { Exit::NothingEvaluated })
