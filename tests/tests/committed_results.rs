@@ -142,7 +142,8 @@ fn tables_are_those_of_the_raw_scores_beside_them_and_nothing_else_is_a_table() 
             serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
         let shown = std::fs::read_to_string(folder.join(TABLES_FILE)).unwrap();
         let (model, caveat) = (manifest["model_hash"].as_str(), manifest["caveat"].as_str());
-        assert!(shown == markdown(&results, model, caveat), "{}", folder.display());
+        let of_today = shown == markdown(&results, model, caveat);
+        assert!(of_today, "{}: run `bench index results`", folder.display());
         let known = [TABLES_FILE, "README.md", "variants.md", FILE_NAME, "manifest.json"];
         for entry in std::fs::read_dir(&folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();

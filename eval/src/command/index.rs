@@ -11,6 +11,7 @@ use crate::result::output_folder::OutputFolder;
 use crate::result::paired::Paired;
 use crate::result::report::TABLES;
 use crate::result::results_file::{FILE_NAME, Results, ResultsError};
+use crate::result::standing::Standing;
 use crate::result::statistics::Mean;
 use crate::result::table::Table;
 use crate::scene_file::row::Row;
@@ -28,15 +29,26 @@ const TABLE_HEAD: &str = "\
 |---|---|---|---|---|---|---|
 ";
 
-/// Writes the index into the folder, and prints its table of scenes with links from here.
+/// Writes the tables of all finished results anew from their raw scores, and the index into the folder; prints its table of scenes
+/// with links from here.
 pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let folder = &args.results;
     is_there(folder)?;
+    for of in [ResultKind::Scene, ResultKind::Study] {
+        folders(folder, of).iter().try_for_each(|result| renew_tables(result))?;
+    }
     let text = index(folder)?;
     OutputFolder::probe(folder)?.write(INDEX, text.as_bytes())?;
     let here = format!("{}/", folder.to_string_lossy().trim_end_matches('/'));
     write!(stdout, "{}", scene_table(folder, &here)?)?;
     Ok(Exit::Success)
+}
+
+/// Tables as they are said today; those of a result that is not finished are left alone.
+fn renew_tables(result: &Path) -> Result<(), BenchError> {
+    let Some(standing) = Standing::read(result) else { return Ok(()) };
+    let text = standing.markdown(&Results::read(result)?);
+    Ok(OutputFolder::probe(result)?.write(TABLES, text.as_bytes())?)
 }
 
 /// A table of all scenes below `root` that have trajectories, Markdown, those that gain most first; links begin with `prefix`.
@@ -156,6 +168,8 @@ fn with_interval(mean: &Mean) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::result::manifest::Manifest;
+    use crate::result::report::markdown;
     use crate::result::table::tests::{METHODS, run, runs, table};
     use vantage_dataset::Seed;
 
@@ -168,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_are_compared_and_studies_are_told_of() {
+    fn scenes_are_compared_studies_are_told_of_and_tables_are_renewed() {
         let root = tempfile::tempdir().unwrap();
         let root = root.path();
         write(root, ResultKind::Scene, "gains", table(runs()).unwrap());
@@ -199,6 +213,16 @@ mod tests {
             )
         );
         assert!(!text.contains("unfinished") && text.contains("](scenes/gains/tables.md)"), "{text}");
+
+        let finished = root.join("scenes/gains");
+        let manifest = Manifest { model_hash: Some("def".into()), ..Manifest::new("abc", &[Seed(0)]) };
+        fs::write(finished.join(manifest::FILE_NAME), manifest.to_json().unwrap()).unwrap();
+        fs::write(finished.join(TABLES), "of another version").unwrap();
+        write_index(&IndexArgs { results: root.to_owned() }, &mut Vec::new()).unwrap();
+        let renewed = fs::read_to_string(finished.join(TABLES)).unwrap();
+        assert_eq!(renewed, markdown(&Results::read(&finished).unwrap(), Some("def"), None));
+        assert!(!root.join("scenes/a_loss").join(TABLES).exists(), "it has no manifest");
+        assert_eq!(fs::read_to_string(root.join(INDEX)).unwrap(), index(root).unwrap());
         fs::write(study.join("README.md"), "# A title\n").unwrap();
         assert!(index(root).unwrap().contains("- [mine](studies/mine/README.md): A title\n"));
     }

@@ -1,6 +1,8 @@
-//! The result that lies in a folder already, and what it would lose to another run.
+//! The result that lies in a folder already, its tables, and what it would lose to another run.
 
 use super::manifest::FILE_NAME;
+use super::report;
+use super::results_file::Results;
 use crate::exit::Ends;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,12 +11,13 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::Seed;
 
-/// The part of a manifest that tells how full a result is.
+/// The part of a manifest that tells how full a result is, and what stands above its tables.
 #[derive(Debug, Deserialize)]
 pub struct Standing {
     scene_hash: String,
     seeds: BTreeSet<u64>,
     model_hash: Option<String>,
+    caveat: Option<String>,
     #[serde(default)]
     model_hashes: BTreeMap<String, String>,
     options: Option<Options>,
@@ -49,6 +52,11 @@ impl Standing {
     /// That in `folder`; `None` where there is no finished result.
     pub fn read(folder: &Path) -> Option<Self> {
         serde_json::from_str(&fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
+    }
+
+    /// Its tables, of its scores as they were read: see [`report::markdown`].
+    pub fn markdown(&self, results: &Results) -> String {
+        report::markdown(results, self.model_hash.as_deref(), self.caveat.as_deref())
     }
 
     /// Whether it is of the scene of this hash.

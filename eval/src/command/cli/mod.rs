@@ -62,7 +62,7 @@ pub enum Command {
     Figures(FiguresArgs),
     /// Tells what viewpoints are worth in a scene: ATE with an ideal sensor of azimuths, on validation objects.
     Headroom(ValidationArgs),
-    /// Writes the index of a folder of results.
+    /// Writes the index of a folder of results, and their tables anew.
     Index(IndexArgs),
     /// Reads BigBIRD or Active Vision data into our own layout.
     Import(ImportArgs),
@@ -117,7 +117,7 @@ pub struct RunArgs {
     pub stages: StageArgs,
 }
 
-/// `bench index RESULTS_DIR`: the index of a folder of results.
+/// `bench index RESULTS_DIR`: the index of a folder of results, and their tables.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct IndexArgs {
     /// The folder that holds `scenes` and `studies`.

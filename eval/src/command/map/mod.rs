@@ -44,7 +44,6 @@ struct Source {
     path: PathBuf,
     scene: SceneFile,
     scene_path: PathBuf,
-    kind: ResultKind,
 }
 
 /// Makes the map, prints its tables and writes it below `args.out`.
@@ -52,7 +51,7 @@ pub fn map(args: &MapArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> 
     let map: MapFile = scene_file::read(&args.map)?;
     let scene_path = args.map.parent().unwrap_or(Path::new("")).join(&map.scene);
     let scene = scene_file::read(&scene_path)?;
-    let source = Source { map, path: args.map.clone(), scene, scene_path, kind: ResultKind::Map };
+    let source = Source { map, path: args.map.clone(), scene, scene_path };
     let options = serde_json::to_value(args)?;
     make(&source, (&args.out, &args.making, args.seeds), options, stdout)
 }
@@ -76,7 +75,7 @@ pub fn sweep(
     }
     let map = MapFile::of_scene(&scene).expect("asked of a scene that varies a field alone");
     let (path, scene_path) = (path.to_owned(), path.to_owned());
-    let source = Source { map, path, scene, scene_path, kind: ResultKind::Scene };
+    let source = Source { map, path, scene, scene_path };
     let options = serde_json::to_value(args)?;
     make(&source, (&args.out, &args.stages.making, args.stages.seeds), options, stdout)
 }
@@ -88,7 +87,7 @@ fn make(
     stdout: &mut impl Write,
 ) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(out)?;
-    let Source { map, path, scene, scene_path, kind } = source;
+    let Source { map, path, scene, scene_path } = source;
     let seeds: Vec<Seed> = match seeds {
         Some(count) => (0..count).map(Seed).collect(),
         None => scene.evaluation.seeds.as_slice().to_vec(),
@@ -122,7 +121,7 @@ fn make(
     manifest.dataset_hash = Some(seals.finalize().to_hex().to_string());
 
     let results = Results::new(&map.name, &hash, tables);
-    let folder = ResultFolder::open(&out, &map.name, *kind, &progress)?;
+    let folder = ResultFolder::open(&out, &map.name, ResultKind::Map, &progress)?;
     let place = folder.path().to_owned();
     let text = map_markdown(map, &results);
     folder.write(TABLES, text.as_bytes())?;
