@@ -16,9 +16,9 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const FIGURE: &str = "map";
-/// Size of a panel, and height of the key above all.
+/// Size of a panel, and height of a line of the key above all.
 const PANEL: (u32, u32) = (420, 300);
-const KEY: u32 = 60;
+const KEY_LINE: u32 = 24;
 /// Most panels in a line.
 const ABREAST: usize = 4;
 /// Bounds of the scale, percent: what lies beyond is drawn at its edge.
@@ -47,7 +47,7 @@ struct Drawing {
 /// All panels of a map, as an SVG.
 pub fn map_svg(map: &MapFile, results: &Results) -> Result<String, FigureError> {
     let (names, drawings) = drawings(map, results)?;
-    svg(FIGURE, size(drawings.len()), |area| draw(map, &key(&names), &drawings, area))
+    svg(FIGURE, size(drawings.len(), names.len()), |area| draw(map, &key(&names), &drawings, area))
 }
 
 /// The panels and rows of the map's summary, as an SVG; `None` where it has none.
@@ -60,13 +60,13 @@ pub fn map_summary_svg(map: &MapFile, results: &Results) -> Result<Option<String
         drawing.rows.retain(|(place, _)| is_shown(place));
     }
     let key: Vec<(usize, &str)> = key(&names).into_iter().filter(|(place, _)| is_shown(place)).collect();
-    svg(FIGURE, size(drawings.len()), |area| draw(map, &key, &drawings, area)).map(Some)
+    svg(FIGURE, size(drawings.len(), key.len()), |area| draw(map, &key, &drawings, area)).map(Some)
 }
 
 /// The same as [`map_svg`], as a PNG.
 pub fn map_png(map: &MapFile, results: &Results) -> Result<Vec<u8>, FigureError> {
     let (names, drawings) = drawings(map, results)?;
-    let (width, height) = size(drawings.len());
+    let (width, height) = size(drawings.len(), names.len());
     let mut canvas = Canvas::new(width, height);
     let drawn = draw(map, &key(&names), &drawings, &(&mut canvas).into_drawing_area());
     drawn.map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
@@ -78,9 +78,17 @@ fn key(names: &[String]) -> Vec<(usize, &str)> {
     names.iter().map(String::as_str).enumerate().collect()
 }
 
-fn size(panels: usize) -> (u32, u32) {
-    let across = panels.min(ABREAST) as u32;
-    (PANEL.0 * across, KEY + PANEL.1 * panels.div_ceil(ABREAST) as u32)
+fn size(panels: usize, rows: usize) -> (u32, u32) {
+    let width = PANEL.0 * panels.min(ABREAST) as u32;
+    (width, key_height(width, rows) + PANEL.1 * panels.div_ceil(ABREAST) as u32)
+}
+
+fn abreast(width: u32) -> usize {
+    (width as usize / KEY_WIDTH).max(1)
+}
+
+fn key_height(width: u32, rows: usize) -> u32 {
+    KEY_LINE * rows.div_ceil(abreast(width)) as u32 + 12
 }
 
 /// The rows of all panels by their first appearance, and what to draw of each panel.
@@ -107,7 +115,8 @@ fn drawings(map: &MapFile, results: &Results) -> Result<(Vec<String>, Vec<Drawin
             .collect();
         let low = means.iter().copied().fold(f64::INFINITY, f64::min);
         let high = means.iter().copied().fold(0.0, f64::max);
-        let title = format!("{} ({low:.0}-{high:.0} cm)", panel.title);
+        let range = if means.is_empty() { String::new() } else { format!(" ({low:.0}-{high:.0} cm)") };
+        let title = format!("{}{range}", panel.title);
         drawings.push(Drawing { name: panel.name.clone(), title, rows });
     }
     match drawings.is_empty() {
@@ -118,7 +127,7 @@ fn drawings(map: &MapFile, results: &Results) -> Result<(Vec<String>, Vec<Drawin
 
 fn point(index: usize, table: &Table, method: &str) -> Option<Point> {
     let paired = table.paired(method, Metric::Ate)?;
-    let reference = table.cell(table.reference()?, Metric::Ate).mean?.mean;
+    let reference = paired.reference_mean()?;
     let percent = |value: f64| 100.0 * value / reference;
     let mean = paired.mean()?.mean;
     let differences: Vec<f64> = paired.sorted().iter().map(|(_, difference)| *difference).collect();
@@ -134,7 +143,7 @@ where
     B::ErrorType: 'static,
 {
     area.fill(&WHITE)?;
-    let (above, panels) = area.split_vertically(KEY);
+    let (above, panels) = area.split_vertically(key_height(area.dim_in_pixel().0, key.len()));
     draw_key(key, &above)?;
     let lines = drawings.len().div_ceil(ABREAST);
     let places = panels.split_evenly((lines, drawings.len().min(ABREAST)));
@@ -150,9 +159,10 @@ where
     B::ErrorType: 'static,
 {
     let style = ("sans-serif", 15).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-    let abreast = (area.dim_in_pixel().0 as usize / KEY_WIDTH).max(1);
+    let abreast = abreast(area.dim_in_pixel().0);
     for (i, &(place, name)) in key.iter().enumerate() {
-        let (x, y) = (20 + (KEY_WIDTH * (i % abreast)) as i32, 16 + 24 * (i / abreast) as i32);
+        let (x, y) =
+            (20 + (KEY_WIDTH * (i % abreast)) as i32, 16 + (KEY_LINE as usize * (i / abreast)) as i32);
         area.draw(&PathElement::new([(x, y), (x + 26, y)], color(place).stroke_width(3)))?;
         area.draw(&Circle::new((x + 13, y), 4, color(place).filled()))?;
         area.draw(&Text::new(name.to_owned(), (x + 34, y), style.clone()))?;

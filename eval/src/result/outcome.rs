@@ -1,7 +1,7 @@
 //! What came of the hypotheses of a map.
 
 use super::bootstrap::bca_interval;
-use super::holm::holm;
+use super::holm::{SIGNIFICANT, holm};
 use super::metric::Metric;
 use super::results_file::Results;
 use super::statistics::Mean;
@@ -46,14 +46,14 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Probability below which a difference counts.
-const LEVEL: f64 = 0.05;
+/// Fewer differences bound none.
+const FEWEST: usize = 10;
 
 /// The outcome of each hypothesis, in their order; `None` where a row is not there or no seed has both.
 pub fn outcomes(map: &MapFile, results: &Results) -> Vec<Option<Outcome>> {
     let differences: Vec<Vec<f64>> =
         map.hypotheses.iter().map(|hypothesis| differences(map, results, hypothesis)).collect();
-    let tested = |i: &usize| !matches!(map.hypotheses[*i].expects, Expectation::Within(_));
+    let tested = |i: &usize| matches!(map.hypotheses[*i].expects, Expectation::Less | Expectation::More);
     let numbers: Vec<usize> = (0..differences.len()).filter(tested).collect();
     let raw: Vec<(usize, f64)> =
         numbers.into_iter().filter_map(|i| Some((i, wilcoxon(&differences[i])?))).collect();
@@ -68,15 +68,24 @@ pub fn outcomes(map: &MapFile, results: &Results) -> Vec<Option<Outcome>> {
 }
 
 fn verdict(expects: Expectation, mean: &Mean, interval: Option<(f64, f64)>, p: Option<f64>) -> Verdict {
-    let certain = p.is_some_and(|p| p < LEVEL);
-    match (expects, interval) {
+    // Ranks and mean have to agree: of skewed differences they may not.
+    let certain =
+        p.is_some_and(|p| p < SIGNIFICANT) && interval.is_some_and(|(low, high)| low > 0.0 || high < 0.0);
+    match (expects, interval.filter(|_| mean.n >= FEWEST || !bounds(expects))) {
         (Expectation::Less, _) if certain && mean.mean < 0.0 => Verdict::Holds,
         (Expectation::More, _) if certain && mean.mean > 0.0 => Verdict::Holds,
         (Expectation::Less | Expectation::More, _) if certain => Verdict::Fails,
+        (Expectation::AtMost(margin), Some((_, high))) if high < margin => Verdict::Holds,
+        (Expectation::AtMost(margin), Some((low, _))) if low > margin => Verdict::Fails,
         (Expectation::Within(margin), Some((low, high))) if low > -margin && high < margin => Verdict::Holds,
         (Expectation::Within(margin), Some((low, high))) if low > margin || high < -margin => Verdict::Fails,
         _ => Verdict::Undecided,
     }
+}
+
+/// Whether it holds or fails by its interval alone.
+fn bounds(expects: Expectation) -> bool {
+    matches!(expects, Expectation::AtMost(_) | Expectation::Within(_))
 }
 
 /// The row's ATE less the other's, on each seed the mean over the hypothesis' cells; seeds that lack one of them are left out.
@@ -161,11 +170,22 @@ mod tests {
                - { says: s, panel: b, at: [1], row: x, than: geometric, expects: { within: 0.01 } }\n  \
                - { says: s, panel: a, at: [1], row: x, than: geometric, expects: { within: 0.01 } }\n  \
                - { says: s, panel: a, at: [1], row: x, than: x, than_in: b, expects: less }\n  \
-               - { says: s, panel: a, at: [1], row: y, than: x, expects: less }\n",
+               - { says: s, panel: a, at: [1], row: y, than: x, expects: less }\n  \
+               - { says: s, panel: a, at: [1], row: x, than: geometric, expects: { at_most: 0.01 } }\n  \
+               - { says: s, panel: a, at: [1], row: geometric, than: x, expects: { at_most: 0.01 } }\n",
         );
         use Verdict::{Fails, Holds, Undecided};
-        let expected =
-            [Some(Holds), Some(Fails), Some(Undecided), Some(Holds), Some(Fails), Some(Holds), None];
+        let expected = [
+            Some(Holds),
+            Some(Fails),
+            Some(Undecided),
+            Some(Holds),
+            Some(Fails),
+            Some(Holds),
+            None,
+            Some(Holds),
+            Some(Fails),
+        ];
         assert_eq!(told, expected);
     }
 

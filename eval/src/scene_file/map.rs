@@ -1,7 +1,7 @@
 //! The map file: one scene in many cells, the estimators that are compared in each, and what is expected of them.
 
 use super::row::Row;
-use super::vary::{Axis, Fields, told};
+use super::vary::{Axis, Fields, of_a_cell, told};
 use super::{SceneFile, is_file_name};
 use crate::result::metric::Metric;
 use garde::Validate;
@@ -91,11 +91,11 @@ pub struct Panel {
     pub title: String,
     /// Fields of the scene that are replaced.
     #[serde(default)]
-    #[garde(skip)]
+    #[garde(custom(of_a_cell))]
     pub set: Fields,
     /// What runs in its cells, in place of what runs in all others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(dive)]
+    #[garde(dive, custom(not_empty))]
     pub estimates: Option<Vec<Estimates>>,
 }
 
@@ -135,6 +135,8 @@ pub enum Expectation {
     Less,
     /// A larger ATE.
     More,
+    /// An ATE that is larger by less than so many metres, or smaller.
+    AtMost(#[garde(range(min = 0.0, max = 100.0), custom(not_nan))] f64),
     /// An ATE that differs by less than so many metres, up or down.
     Within(#[garde(range(min = 0.0, max = 100.0), custom(not_nan))] f64),
 }
@@ -202,6 +204,15 @@ fn of_the_estimator(set: &Fields, _: &()) -> garde::Result {
             Err(garde::Error::new(format!("{field}: expected fields of estimator, but `rows`, alone")))
         }
         None => Ok(()),
+    }
+}
+
+fn not_empty(estimates: &Option<Vec<Estimates>>, _: &()) -> garde::Result {
+    match estimates {
+        Some(estimates) if estimates.is_empty() => {
+            Err(garde::Error::new("got none, expected at least one; leave it out for those of the map"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -291,6 +302,7 @@ hypotheses:
             ("estimator.semantic_noise_scale", "world.objects", "fields of estimator"),
             ("within: 0.01", "within: -1", "lower than 0"),
             ("rows: [odometry, geometric]", "rows: [odometer]", "odometer"),
+            ("estimates: [{ rows: [geometric] }]", "estimates: []", "at least one"),
         ] {
             let error = read(&GOOD.replacen(from, to, 1)).unwrap_err();
             assert!(error.contains(said) && error.contains("m.yaml:"), "{said} not in: {error}");

@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Fields by their path, such as `robot.path.circle.radius`, with what each is set to; `null` leaves the field out.
+/// Fields by their path, such as `robot.path.circle.radius`, with what each is set to; `null` leaves an optional field out.
 pub type Fields = Map<String, Value>;
 
 /// One field over several values.
@@ -17,9 +17,9 @@ pub type Fields = Map<String, Value>;
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// The field, by its path in the scene: `robot.path.circle.radius`.
-    #[garde(custom(is_path))]
+    #[garde(custom(is_field_of_a_cell))]
     pub field: String,
-    /// Its values, in the order of tables and figures; `null` leaves the field out.
+    /// Its values, in the order of tables and figures; `null` leaves an optional field out.
     #[garde(length(min = 1, max = 50), custom(all_different))]
     pub over: Vec<Value>,
 }
@@ -80,8 +80,9 @@ fn set(whole: &mut Value, path: &str, value: &Value) -> Result<(), String> {
         let Value::Object(fields) = place else {
             return Err(format!("{path}: `{part}` is no field of a single value"));
         };
-        if parts.peek().is_none() && value.is_null() {
-            fields.remove(part);
+        // What is not there need not be left out; a name that no scene has is refused with the whole.
+        if value.is_null() && !fields.contains_key(part) {
+            fields.insert(part.to_owned(), Value::Null);
             return Ok(());
         }
         place = fields.entry(part).or_insert_with(|| match parts.peek() {
@@ -93,19 +94,32 @@ fn set(whole: &mut Value, path: &str, value: &Value) -> Result<(), String> {
     Ok(())
 }
 
-fn is_path(field: &str, _: &()) -> garde::Result {
-    let parts = || field.split('.');
-    if parts().all(|part| is_file_name(part, &()).is_ok()) && parts().next() != Some("name") {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!(
+/// Fields that all cells have in common, or that are said elsewhere.
+const COMMON: [&str; 5] = ["name", "version", "vary", "evaluation", "estimator.rows"];
+
+/// Refuses paths that are none, and fields that no cell has of its own.
+pub fn of_a_cell(fields: &Fields, _: &()) -> garde::Result {
+    fields.keys().try_for_each(|field| is_field_of_a_cell(field, &()))
+}
+
+fn is_field_of_a_cell(field: &str, _: &()) -> garde::Result {
+    if !field.split('.').all(|part| is_file_name(part, &()).is_ok()) {
+        return Err(garde::Error::new(format!(
             "{field:?} is no path of a field: expected names of fields, with dots between, such as robot.path.circle.radius"
-        )))
+        )));
+    }
+    let below = |common: &str| {
+        field.strip_prefix(common).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    match COMMON.into_iter().find(|common| below(common)) {
+        Some(common) => Err(garde::Error::new(format!("{field:?}: `{common}` is the same in all cells"))),
+        None => Ok(()),
     }
 }
 
 fn all_different(values: &[Value], _: &()) -> garde::Result {
-    match values.iter().enumerate().find(|(i, value)| values[..*i].contains(value)) {
+    let before = |(i, value): &(usize, &Value)| values[..*i].iter().any(|other| told(other) == told(value));
+    match values.iter().enumerate().find(before) {
         Some((_, twice)) => Err(garde::Error::new(format!("{} is there twice", told(twice)))),
         None => Ok(()),
     }
@@ -150,7 +164,8 @@ mod tests {
             (json!({ "robot.speed.fast": 1 }), "robot.speed.fast"),
             (json!({ "robot.path.circle.radius": 0.3 }), "bump"),
             (json!({ "world.objects": "many" }), "many"),
-            (json!({ "robot.camera.height": null }), "height"),
+            (json!({ "robot.camera.height": null }), "null"),
+            (json!({ "world.relit_att": null }), "relit_att"),
         ] {
             let reason = varied(&scene(), &fields(set)).unwrap_err();
             assert!(reason.contains(said), "{said} not in: {reason}");
@@ -163,9 +178,13 @@ mod tests {
             Axis { field: field.to_owned(), over: over.as_array().unwrap().clone() }.validate()
         };
         assert!(axis("robot.laps", json!([0.5, 1, null])).is_ok());
-        for (field, over) in
-            [("robot..laps", json!([1])), ("", json!([1])), ("name", json!(["x"])), ("robot.laps", json!([]))]
-        {
+        for (field, over) in [
+            ("robot..laps", json!([1])),
+            ("", json!([1])),
+            ("name", json!(["x"])),
+            ("evaluation.seeds", json!([3])),
+            ("robot.laps", json!([])),
+        ] {
             assert!(axis(field, over).is_err(), "{field}");
         }
         let twice = axis("robot.laps", json!([1, 2, 1])).unwrap_err().to_string();

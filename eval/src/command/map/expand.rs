@@ -2,12 +2,15 @@
 
 use crate::pipeline::Pass;
 use crate::scene_file::SceneFile;
-use crate::scene_file::map::{Estimates, MapFile, Panel};
+use crate::scene_file::map::{Estimates, Hypothesis, MapFile, Panel};
+use crate::scene_file::row::Row;
+use crate::scene_file::row_name::kind_names;
 use crate::scene_file::vary::{VaryError, told, varied};
 use std::path::Path;
 
 /// Every cell's name and what runs in it, panel by panel; refuses what no scene can have before anything runs.
 pub fn passes(map: &MapFile, path: &Path, base: &SceneFile) -> Result<Vec<(String, Vec<Pass>)>, VaryError> {
+    rows_fit(map, path)?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let mut cells = Vec::new();
     for panel in &map.panels {
@@ -27,25 +30,59 @@ pub fn passes(map: &MapFile, path: &Path, base: &SceneFile) -> Result<Vec<(Strin
             cells.push((map.cell_name(panel, value), passes));
         }
     }
-    rows_differ(map, path)?;
     Ok(cells)
 }
 
-/// A row that runs twice in a cell has no name of its own, but for those that are named after their models.
-fn rows_differ(map: &MapFile, path: &Path) -> Result<(), VaryError> {
-    let twice = |panel: &&Panel| {
-        let rows: Vec<_> = map.estimates_of(panel).iter().flat_map(|estimates| &estimates.rows).collect();
-        rows.iter().enumerate().any(|(i, row)| !row.is_of_model() && rows[..i].contains(row))
-    };
-    match map.panels.iter().find(twice) {
-        Some(panel) => Err(VaryError {
-            path: path.to_owned(),
-            what: format!("panel {}", panel.name),
-            reason: "a row that is not of a model runs twice: leave it out of all but one of `estimates`"
-                .to_owned(),
-        }),
-        None => Ok(()),
+/// In each panel every row runs once but those of models, and `geometric` is among them; what hypotheses and the summary name runs.
+fn rows_fit(map: &MapFile, path: &Path) -> Result<(), VaryError> {
+    let refused =
+        |what: String, reason: &str| VaryError { path: path.to_owned(), what, reason: reason.to_owned() };
+    for panel in &map.panels {
+        let rows = rows_of(map, panel);
+        let of = || format!("panel {}", panel.name);
+        if !rows.contains(&Row::Geometric) {
+            return Err(refused(
+                of(),
+                "geometric is not among its rows, and gains are over it: add it to `estimates`",
+            ));
+        }
+        if rows.iter().enumerate().any(|(i, row)| !row.is_of_model() && rows[..i].contains(row)) {
+            let reason =
+                "a row that is not of a model runs twice: leave it out of all but one of `estimates`";
+            return Err(refused(of(), reason));
+        }
     }
+    for (i, hypothesis) in map.hypotheses.iter().enumerate() {
+        let Hypothesis { panel, than_in, row, than, .. } = hypothesis;
+        for (panel, row) in [(panel, row), (than_in.as_ref().unwrap_or(panel), than)] {
+            if !runs(map, panel, row) {
+                return Err(refused(
+                    format!("hypotheses[{i}]"),
+                    &format!("no row {row:?} runs in panel {panel}"),
+                ));
+            }
+        }
+    }
+    if let Some(summary) = &map.summary {
+        for row in &summary.rows {
+            if !summary.panels.iter().any(|panel| runs(map, panel, row)) {
+                return Err(refused("summary".to_owned(), &format!("no row {row:?} runs in its panels")));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn rows_of(map: &MapFile, panel: &Panel) -> Vec<Row> {
+    map.estimates_of(panel).iter().flat_map(|estimates| estimates.rows.iter().copied()).collect()
+}
+
+/// Whether a row of this name may run in a panel: which kind a model is of is seen when it is loaded.
+fn runs(map: &MapFile, panel: &str, name: &str) -> bool {
+    let named = |row: &Row| {
+        if row.is_of_model() { kind_names().iter().any(|kind| kind == name) } else { row.to_string() == name }
+    };
+    map.panels.iter().any(|other| other.name == panel && rows_of(map, other).iter().any(named))
 }
 
 #[cfg(test)]

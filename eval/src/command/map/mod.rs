@@ -11,7 +11,7 @@ use crate::command::error::BenchError;
 use crate::command::places::places;
 use crate::exit::Exit;
 use crate::figure::map::{map_png, map_summary_svg, map_svg};
-use crate::pipeline::{Cell, cell};
+use crate::pipeline::{Cell, PANICKED, cell};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
@@ -19,9 +19,11 @@ use crate::result::manifest::{Manifest, Renderer};
 use crate::result::output_folder::OutputFolder;
 use crate::result::report::TABLES;
 use crate::result::results_file::{FILE_NAME, Results};
+use crate::result::standing::Standing;
 use crate::result::table::Table;
 use crate::scene_file::map::{COLUMNS, MapFile};
 use crate::scene_file::row::Row;
+use crate::scene_file::vary::VaryError;
 use crate::scene_file::{self, SceneFile};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -53,7 +55,7 @@ pub fn map(args: &MapArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> 
     let scene = scene_file::read(&scene_path)?;
     let source = Source { map, path: args.map.clone(), scene, scene_path };
     let options = serde_json::to_value(args)?;
-    make(&source, (&args.out, &args.making, args.seeds), options, stdout)
+    make(&source, (&args.out, &args.making, args.seeds, args.replace), options, stdout)
 }
 
 /// Makes the map of a scene that varies some of its fields.
@@ -77,12 +79,12 @@ pub fn sweep(
     let (path, scene_path) = (path.to_owned(), path.to_owned());
     let source = Source { map, path, scene, scene_path };
     let options = serde_json::to_value(args)?;
-    make(&source, (&args.out, &args.stages.making, args.stages.seeds), options, stdout)
+    make(&source, (&args.out, &args.stages.making, args.stages.seeds, args.replace), options, stdout)
 }
 
 fn make(
     source: &Source,
-    (out, making, seeds): (&Path, &MakingArgs, Option<u64>),
+    (out, making, seeds, replace): (&Path, &MakingArgs, Option<u64>, bool),
     options: serde_json::Value,
     stdout: &mut impl Write,
 ) -> Result<Exit, BenchError> {
@@ -92,6 +94,10 @@ fn make(
         Some(count) => (0..count).map(Seed).collect(),
         None => scene.evaluation.seeds.as_slice().to_vec(),
     };
+    let place = ResultKind::Map.place(out.path(), &map.name);
+    if let Some(standing) = Standing::read(&place).filter(|_| !replace) {
+        standing.allows(&place, &seeds, true)?;
+    }
     let passes = expand::passes(map, path, scene)?;
     let hash = map.hash(&scene_file::hash(scene)?)?;
     let mut manifest = Manifest { options, ..Manifest::new(&hash, &seeds) };
@@ -106,9 +112,15 @@ fn make(
         let (path, cache, seeds) = (scene_path.as_path(), making.cache.as_path(), seeds.as_slice());
         let made = cell(&Cell { passes, path, cache, renderer, seeds, progress: &of_cells })?;
         let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
+        if let Some(twice) = methods.iter().enumerate().find(|(i, method)| methods[..*i].contains(method)) {
+            let reason = format!(
+                "{} runs by two models, and both rows have this name: put one into another panel",
+                twice.1
+            );
+            return Err(VaryError { path: source.path.clone(), what: name.clone(), reason }.into());
+        }
         let reference = Row::Geometric.to_string();
-        let reference = methods.contains(&reference.as_str()).then_some(reference.as_str());
-        tables.push(Table::new(name, &methods, reference, &COLUMNS, seeds, made.runs)?);
+        tables.push(Table::new(name, &methods, Some(&reference), &COLUMNS, seeds, made.runs)?);
         for seal in &made.seals {
             seals.update(seal.as_bytes());
         }
@@ -123,6 +135,7 @@ fn make(
     let results = Results::new(&map.name, &hash, tables);
     let folder = ResultFolder::open(&out, &map.name, ResultKind::Map, &progress)?;
     let place = folder.path().to_owned();
+    folder.write(FILE_NAME, results.to_json()?.as_bytes())?;
     let text = map_markdown(map, &results);
     folder.write(TABLES, text.as_bytes())?;
     folder.write(MAP_SVG, map_svg(map, &results)?.as_bytes())?;
@@ -132,12 +145,17 @@ fn make(
         folder.write(SUMMARY_SVG, summary.as_bytes())?;
         pictures.push(SUMMARY_SVG);
     }
-    folder.write(FILE_NAME, results.to_json()?.as_bytes())?;
     folder.finish(&manifest)?;
     progress.note(&format!("written to {}", place.display()));
     writeln!(stdout, "{text}")?;
     let kinds = [("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", pictures)];
     write!(stdout, "{}", places(&place, kinds))?;
-    let any = results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
-    Ok(if any { Exit::Success } else { Exit::NothingEvaluated })
+    let runs = || results.tables.iter().flat_map(Table::runs);
+    if runs().any(|run| run.failure() == Some(PANICKED)) {
+        return Err(RunError::Panicked { scene: scene_path.clone() }.into());
+    }
+    match runs().any(|run| !run.scores.is_empty()) {
+        true => Ok(Exit::Success),
+        false => Err(RunError::NothingAnswered { scene: scene_path.clone() }.into()),
+    }
 }

@@ -2,15 +2,17 @@
 
 use crate::result::bootstrap::bca_interval;
 use crate::result::grid::{Style, draw};
-use crate::result::holm::holm;
+use crate::result::holm::{SIGNIFICANT, holm};
 use crate::result::metric::Metric;
-use crate::result::outcome::outcomes;
+use crate::result::outcome::{Outcome, outcomes};
 use crate::result::paired::Paired;
 use crate::result::results_file::Results;
+use crate::result::run::Outcome as Ending;
 use crate::result::statistics::Mean;
 use crate::result::table::Table;
 use crate::result::wilcoxon::wilcoxon;
 use crate::scene_file::map::{Expectation, Hypothesis, MapFile, Panel};
+use crate::scene_file::row::Row;
 use crate::scene_file::vary::told;
 
 /// Scores that have a table of gains.
@@ -37,13 +39,13 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
         "Cells",
         "Rows",
         "Expected",
+        "Seeds",
         "Difference of the ATE [m]",
         "95%",
         "p (Holm)",
         "Outcome",
     ];
-    let row = |(hypothesis, outcome): (&Hypothesis, &Option<_>)| {
-        let outcome: &Option<crate::result::outcome::Outcome> = outcome;
+    let row = |(hypothesis, outcome): (&Hypothesis, &Option<Outcome>)| {
         let at: Vec<String> = hypothesis.at.iter().map(told).collect();
         let than = match &hypothesis.than_in {
             Some(panel) => format!("{} in {panel}", hypothesis.than),
@@ -52,11 +54,13 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
         let expected = match hypothesis.expects {
             Expectation::Less => "less".to_owned(),
             Expectation::More => "more".to_owned(),
+            Expectation::AtMost(margin) => format!("at most {margin} m"),
             Expectation::Within(margin) => format!("within {margin} m"),
         };
-        let [difference, interval, p, verdict] = match outcome {
-            None => [(); 4].map(|()| "-".to_owned()),
+        let [seeds, difference, interval, p, verdict] = match outcome {
+            None => [(); 5].map(|()| "-".to_owned()),
             Some(outcome) => [
+                outcome.mean.n.to_string(),
                 signed(outcome.mean.mean),
                 outcome.interval.map_or_else(
                     || "-".to_owned(),
@@ -71,6 +75,7 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
             format!("{}, {} {}", hypothesis.panel, map.across.label(), at.join(", ")),
             format!("{} - {than}", hypothesis.row),
             expected,
+            seeds,
             difference,
             interval,
             p,
@@ -80,8 +85,8 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
     let outcomes = outcomes(map, results);
     let rows = map.hypotheses.iter().zip(&outcomes).map(row).collect();
     format!(
-        "\n## Hypotheses\n\nWritten down before the map was made.\nA difference counts where Wilcoxon's p is below 0.05 \
-         after Holm's correction over all that expect less or more.\n\n{}",
+        "\n## Hypotheses\n\nAs the map's file states them. *Less* and *more* count where Wilcoxon's p is below 0.05 after Holm's correction over \
+         all of them,\nand the interval excludes 0. Bounds go by the interval alone, without a correction.\n\n{}",
         draw(Style::Markdown, &head.map(str::to_owned), rows)
     )
 }
@@ -101,7 +106,8 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
     let methods = first.methods();
     for metric in [Metric::Ate, Metric::NeesPose] {
         let row = |method: &String| {
-            let cells = tables.iter().map(|table| mean(metric, table.cell(method, metric).mean));
+            let cells =
+                tables.iter().map(|table| mean(metric, table.cell(method, metric).mean, table.seeds().len()));
             std::iter::once(method.clone()).chain(cells).collect()
         };
         let rows = methods.iter().map(row).collect();
@@ -109,15 +115,17 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         text += &format!("\n{}, mean +- 95% over {seeds} seeds\n\n", metric.heading());
         text += &draw(Style::Markdown, &head("Row"), rows);
     }
+    text += &mishaps(tables);
     let Some(reference) = first.reference() else { return text };
     for metric in GAINS {
-        let differs: Vec<&String> = methods.iter().filter(|method| *method != reference).collect();
+        let others = [reference.to_owned(), Row::Uninformative.to_string()];
+        let differs: Vec<&String> = methods.iter().filter(|method| !others.contains(method)).collect();
         let paired: Vec<Vec<Option<Paired>>> = differs
             .iter()
             .map(|method| tables.iter().map(|table| table.paired(method, metric)).collect())
             .collect();
         text += &format!(
-            "\n{} less that of {reference}, on the same seed: mean, 95%, seeds better; bold where Holm's p over this table is below 0.05\n\n",
+            "\n{} less that of {reference}, on the same seed: mean, 95%, seeds better; bold where Holm's p over this table is below 0.05 and the interval excludes 0\n\n",
             metric.heading()
         );
         text += &draw(Style::Markdown, &head("Row"), gains(metric, &differs, &paired));
@@ -139,10 +147,12 @@ fn gains(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) ->
             return "-".to_owned();
         };
         let shown = |value: f64| metric.display(value);
-        let bold = if p.is_some_and(|p| p < 0.05) { "**" } else { "" };
-        let interval = bca_interval(&values(paired))
-            .map(|(low, high)| format!(" [{}, {}]", shown(low), shown(high)))
-            .unwrap_or_default();
+        let interval = bca_interval(&values(paired));
+        let certain =
+            p.is_some_and(|p| p < SIGNIFICANT) && interval.is_some_and(|(low, high)| low > 0.0 || high < 0.0);
+        let bold = if certain { "**" } else { "" };
+        let interval =
+            interval.map(|(low, high)| format!(" [{}, {}]", shown(low), shown(high))).unwrap_or_default();
         format!("{bold}{}{bold}{interval} {}/{}", shown(mean.mean), paired.better(), paired.seeds())
     };
     let row = |(method, paired): (&&String, &Vec<Option<Paired>>)| {
@@ -151,10 +161,23 @@ fn gains(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) ->
     methods.iter().zip(paired).map(row).collect()
 }
 
-fn mean(metric: Metric, mean: Option<Mean>) -> String {
+/// How many runs failed, or ended otherwise than they should; nothing where none did.
+fn mishaps(tables: &[&Table]) -> String {
+    let runs = || tables.iter().flat_map(|table| table.runs());
+    let failed = runs().filter(|run| run.failure().is_some()).count();
+    let flagged = runs().filter(|run| matches!(run.outcome, Ending::Flagged(_))).count();
+    match (failed, flagged) {
+        (0, 0) => String::new(),
+        _ => format!("\nOf {} runs {failed} failed, and {flagged} are flagged.\n", runs().count()),
+    }
+}
+
+/// With the number of seeds that have the score, where some of `all` lack it.
+fn mean(metric: Metric, mean: Option<Mean>, all: usize) -> String {
     let Some(mean) = mean else { return "-".to_owned() };
     let half = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
-    metric.display(mean.mean) + &half
+    let some = if mean.n < all { format!(" (n={})", mean.n) } else { String::new() };
+    metric.display(mean.mean) + &half + &some
 }
 
 fn signed(metres: f64) -> String {

@@ -84,7 +84,8 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         settings.semantics.information_scale = scale;
         rows.push(row(&scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?)?);
     }
-    let rivals = || pipeline.file.estimator.rows.iter().filter(|row| !Row::DEFAULT.contains(row));
+    let of_crops = |row: &&Row| !Row::DEFAULT.contains(row) && !row.reads_truth();
+    let rivals = || pipeline.file.estimator.rows.iter().filter(of_crops);
     for &rival in rivals() {
         for scale in SCALES {
             settings.semantics.information_scale = scale;
