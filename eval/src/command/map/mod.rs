@@ -135,7 +135,7 @@ fn make(
     let results = Results::new(&map.name, &hash, tables);
     let folder = ResultFolder::open(&out, &map.name, ResultKind::Map, &progress)?;
     let place = folder.path().to_owned();
-    folder.write(FILE_NAME, results.to_json()?.as_bytes())?;
+    folder.write(FILE_NAME, serde_json::to_string(&results)?.as_bytes())?;
     let text = map_markdown(map, &results);
     folder.write(TABLES, text.as_bytes())?;
     folder.write(MAP_SVG, map_svg(map, &results)?.as_bytes())?;
