@@ -29,6 +29,7 @@ const STAGES: [(&str, &[&str]); 4] = [
             "model/src",
             "learn/src",
             "slam/src",
+            "eval/src/pipeline/azimuth_sensor.rs",
             "eval/src/pipeline/estimates.rs",
             "eval/src/result/run.rs",
             "eval/src/scene_file/estimator.rs",

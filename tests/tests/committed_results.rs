@@ -4,11 +4,8 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use vantage_eval::command::{
-    INDEX, MAP_PNG, MAP_SVG, SUMMARY_SVG, folders, index, map_markdown, scene_table,
-};
+use vantage_eval::command::{INDEX, MAP_FILE, folders, index, map_pages, scene_table};
 use vantage_eval::figure::gains::gains_svg;
-use vantage_eval::figure::map::{map_png, map_summary_svg, map_svg};
 use vantage_eval::result::kind::ResultKind;
 use vantage_eval::result::metric::Metric;
 use vantage_eval::result::paired::Paired;
@@ -114,15 +111,12 @@ fn results_of_maps_are_of_the_maps_as_they_are_and_are_drawn_so() {
         let Some(results) = results(ResultKind::Map, &map.name) else { continue };
         let remedy = format!("{}: run `bench map MAP --out results`", path.display());
         assert_eq!(results.scene_hash, map.hash(&of_scene).unwrap(), "{remedy}");
-        let committed = |name: &str| {
-            let folder = ResultKind::Map.place(&root().join("results"), &map.name);
-            std::fs::read(folder.join(name)).unwrap()
-        };
-        assert!(committed(TABLES_FILE) == map_markdown(&map, &results).as_bytes(), "{remedy}");
-        assert!(committed(MAP_SVG) == map_svg(&map, &results).unwrap().as_bytes(), "{remedy}");
-        assert!(committed(MAP_PNG) == map_png(&map, &results).unwrap(), "{remedy}");
-        if let Some(summary) = map_summary_svg(&map, &results).unwrap() {
-            assert!(committed(SUMMARY_SVG) == summary.as_bytes(), "{remedy}");
+        let folder = ResultKind::Map.place(&root().join("results"), &map.name);
+        let run: MapFile = scene_file::read(&folder.join(MAP_FILE)).unwrap();
+        assert_eq!(run, map, "{remedy}");
+        for (name, bytes) in map_pages(&map, &results).unwrap() {
+            let today = std::fs::read(folder.join(name)).unwrap() == bytes;
+            assert!(today, "{}, {name}: run `bench index results`", folder.display());
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::cli::IndexArgs;
 use super::error::BenchError;
 use super::folder::is_there;
+use super::map::{MAP_FILE, map_pages};
 use crate::exit::Exit;
 use crate::result::kind::ResultKind;
 use crate::result::manifest;
@@ -16,6 +17,7 @@ use crate::result::statistics::Mean;
 use crate::result::table::Table;
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::is_learned;
+use crate::scene_file;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use std::fs;
 use std::io::Write;
@@ -37,6 +39,7 @@ pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, Be
     for of in [ResultKind::Scene, ResultKind::Study] {
         folders(folder, of).iter().try_for_each(|result| renew_tables(result))?;
     }
+    folders(folder, ResultKind::Map).iter().try_for_each(|result| renew_map(result))?;
     let text = index(folder)?;
     OutputFolder::probe(folder)?.write(INDEX, text.as_bytes())?;
     let here = format!("{}/", folder.to_string_lossy().trim_end_matches('/'));
@@ -49,6 +52,19 @@ fn renew_tables(result: &Path) -> Result<(), BenchError> {
     let Some(standing) = Standing::read(result) else { return Ok(()) };
     let text = standing.markdown(&Results::read(result)?);
     Ok(OutputFolder::probe(result)?.write(TABLES, text.as_bytes())?)
+}
+
+/// Likewise of a map, with its figures; one without its map is left alone.
+fn renew_map(result: &Path) -> Result<(), BenchError> {
+    let file = result.join(MAP_FILE);
+    if Standing::read(result).is_none() || !file.exists() {
+        return Ok(());
+    }
+    let folder = OutputFolder::probe(result)?;
+    for (name, bytes) in map_pages(&scene_file::read(&file)?, &Results::read(result)?)? {
+        folder.write(name, &bytes)?;
+    }
+    Ok(())
 }
 
 /// A table of all scenes below `root` that have trajectories, Markdown, those that gain most first; links begin with `prefix`.

@@ -35,7 +35,7 @@ pub use import::import;
 pub use index::{INDEX, folders, index, scene_table, write_index};
 pub use list::list;
 pub use look::look;
-pub use map::{MAP_PNG, MAP_SVG, SUMMARY_SVG, map, map_markdown};
+pub use map::{MAP_FILE, map, map_pages};
 pub use models::models;
 pub use scene::bench;
 pub use shell::{completions, man};

@@ -46,41 +46,66 @@ struct Drawing {
 
 /// All panels of a map, as an SVG.
 pub fn map_svg(map: &MapFile, results: &Results) -> Result<String, FigureError> {
-    let (names, drawings) = drawings(map, results)?;
-    svg(FIGURE, size(drawings.len(), names.len()), |area| draw(map, &key(&names), &drawings, area))
-}
-
-/// The panels and rows of the map's summary, as an SVG; `None` where it has none.
-pub fn map_summary_svg(map: &MapFile, results: &Results) -> Result<Option<String>, FigureError> {
-    let Some(summary) = &map.summary else { return Ok(None) };
-    let (names, mut drawings) = drawings(map, results)?;
-    drawings.retain(|drawing| summary.panels.contains(&drawing.name));
-    let is_shown = |place: &usize| summary.rows.contains(&names[*place]);
-    for drawing in &mut drawings {
-        drawing.rows.retain(|(place, _)| is_shown(place));
-    }
-    let key: Vec<(usize, &str)> = key(&names).into_iter().filter(|(place, _)| is_shown(place)).collect();
-    svg(FIGURE, size(drawings.len(), key.len()), |area| draw(map, &key, &drawings, area)).map(Some)
+    Figure::of(map, results)?.svg()
 }
 
 /// The same as [`map_svg`], as a PNG.
 pub fn map_png(map: &MapFile, results: &Results) -> Result<Vec<u8>, FigureError> {
-    let (names, drawings) = drawings(map, results)?;
-    let (width, height) = size(drawings.len(), names.len());
-    let mut canvas = Canvas::new(width, height);
-    let drawn = draw(map, &key(&names), &drawings, &(&mut canvas).into_drawing_area());
-    drawn.map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
-    canvas.png()
+    Figure::of(map, results)?.png()
 }
 
-/// Each row with its place, which decides its colour.
-fn key(names: &[String]) -> Vec<(usize, &str)> {
-    names.iter().map(String::as_str).enumerate().collect()
+/// The panels and rows of the map's summary, as an SVG; `None` where it has none.
+pub fn map_summary_svg(map: &MapFile, results: &Results) -> Result<Option<String>, FigureError> {
+    Figure::of_summary(map, results)?.map(|figure| figure.svg()).transpose()
 }
 
-fn size(panels: usize, rows: usize) -> (u32, u32) {
-    let width = PANEL.0 * panels.min(ABREAST) as u32;
-    (width, key_height(width, rows) + PANEL.1 * panels.div_ceil(ABREAST) as u32)
+/// The same as [`map_summary_svg`], as a PNG.
+pub fn map_summary_png(map: &MapFile, results: &Results) -> Result<Option<Vec<u8>>, FigureError> {
+    Figure::of_summary(map, results)?.map(|figure| figure.png()).transpose()
+}
+
+/// Panels with the key above them.
+struct Figure<'a> {
+    map: &'a MapFile,
+    /// The rows that are shown, each with its place among all, which decides its colour.
+    key: Vec<(usize, String)>,
+    drawings: Vec<Drawing>,
+}
+
+impl<'a> Figure<'a> {
+    fn of(map: &'a MapFile, results: &Results) -> Result<Self, FigureError> {
+        let (names, drawings) = drawings(map, results)?;
+        Ok(Self { map, key: names.into_iter().enumerate().collect(), drawings })
+    }
+
+    fn of_summary(map: &'a MapFile, results: &Results) -> Result<Option<Self>, FigureError> {
+        let Some(summary) = &map.summary else { return Ok(None) };
+        let mut figure = Self::of(map, results)?;
+        figure.key.retain(|(_, name)| summary.rows.contains(name));
+        figure.drawings.retain(|drawing| summary.panels.contains(&drawing.name));
+        for drawing in &mut figure.drawings {
+            drawing.rows.retain(|(place, _)| figure.key.iter().any(|(shown, _)| shown == place));
+        }
+        Ok(Some(figure))
+    }
+
+    fn size(&self) -> (u32, u32) {
+        let width = PANEL.0 * self.drawings.len().min(ABREAST) as u32;
+        let height = PANEL.1 * self.drawings.len().div_ceil(ABREAST) as u32;
+        (width, key_height(width, self.key.len()) + height)
+    }
+
+    fn svg(&self) -> Result<String, FigureError> {
+        svg(FIGURE, self.size(), |area| draw(self, area))
+    }
+
+    fn png(&self) -> Result<Vec<u8>, FigureError> {
+        let (width, height) = self.size();
+        let mut canvas = Canvas::new(width, height);
+        let drawn = draw(self, &(&mut canvas).into_drawing_area());
+        drawn.map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
+        canvas.png()
+    }
 }
 
 fn abreast(width: u32) -> usize {
@@ -137,11 +162,12 @@ fn point(index: usize, table: &Table, method: &str) -> Option<Point> {
     change.is_finite().then_some(Point { at: index as f64, change, interval: (low, high) })
 }
 
-fn draw<B>(map: &MapFile, key: &[(usize, &str)], drawings: &[Drawing], area: &DrawingArea<B, Shift>) -> Drawn
+fn draw<B>(figure: &Figure<'_>, area: &DrawingArea<B, Shift>) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
+    let Figure { map, key, drawings } = figure;
     area.fill(&WHITE)?;
     let (above, panels) = area.split_vertically(key_height(area.dim_in_pixel().0, key.len()));
     draw_key(key, &above)?;
@@ -153,19 +179,19 @@ where
     Ok(area.present()?)
 }
 
-fn draw_key<B>(key: &[(usize, &str)], area: &DrawingArea<B, Shift>) -> Drawn
+fn draw_key<B>(key: &[(usize, String)], area: &DrawingArea<B, Shift>) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
     let style = ("sans-serif", 15).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
     let abreast = abreast(area.dim_in_pixel().0);
-    for (i, &(place, name)) in key.iter().enumerate() {
+    for (i, (place, name)) in key.iter().enumerate() {
         let (x, y) =
             (20 + (KEY_WIDTH * (i % abreast)) as i32, 16 + (KEY_LINE as usize * (i / abreast)) as i32);
-        area.draw(&PathElement::new([(x, y), (x + 26, y)], color(place).stroke_width(3)))?;
-        area.draw(&Circle::new((x + 13, y), 4, color(place).filled()))?;
-        area.draw(&Text::new(name.to_owned(), (x + 34, y), style.clone()))?;
+        area.draw(&PathElement::new([(x, y), (x + 26, y)], color(*place).stroke_width(3)))?;
+        area.draw(&Circle::new((x + 13, y), 4, color(*place).filled()))?;
+        area.draw(&Text::new(name.clone(), (x + 34, y), style.clone()))?;
     }
     Ok(())
 }
@@ -267,7 +293,10 @@ mod tests {
         assert_eq!(svg, map_svg(&map, &results).unwrap());
         let summary = map_summary_svg(&map, &results).unwrap().unwrap();
         assert!(summary.contains("Other light") && !summary.contains("a&lt;b"), "{summary}");
+        let small = map_summary_png(&map, &results).unwrap().unwrap();
+        assert!(small.len() < map_png(&map, &results).unwrap().len());
         let none = MapFile { summary: None, ..map.clone() };
+        assert_eq!(map_summary_png(&none, &results).unwrap(), None);
         assert_eq!(map_summary_svg(&none, &results).unwrap(), None);
         assert_eq!(map_png(&map, &results).unwrap(), map_png(&map, &results).unwrap());
     }

@@ -1,6 +1,8 @@
 //! The map file: one scene in many cells, the estimators that are compared in each, and what is expected of them.
 
+use super::hypothesis::Hypothesis;
 use super::row::Row;
+use super::seeds::Seeds;
 use super::vary::{Axis, Fields, of_a_cell, told};
 use super::{SceneFile, is_file_name};
 use crate::result::metric::Metric;
@@ -10,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use vantage_dataset::rule::not_nan;
 
 /// Version of the map format.
 pub const VERSION: u32 = 1;
@@ -28,9 +29,13 @@ pub struct MapFile {
     /// What the map is to show, in a sentence.
     #[garde(length(min = 1, max = 1000))]
     pub purpose: String,
-    /// The scene, relative to the map, with the seeds of every cell.
+    /// The scene, relative to the map.
     #[garde(skip)]
     pub scene: PathBuf,
+    /// The seeds of every cell; without them, those of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub seeds: Option<Seeds>,
     /// The field along each panel.
     #[garde(dive)]
     pub across: Axis,
@@ -99,48 +104,6 @@ pub struct Panel {
     pub estimates: Option<Vec<Estimates>>,
 }
 
-/// What is expected of the ATE of a row beside that of another, on the same seeds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct Hypothesis {
-    /// In words.
-    #[garde(length(min = 1, max = 300))]
-    pub says: String,
-    /// The panel.
-    #[garde(skip)]
-    pub panel: String,
-    /// The values of the field along the panel whose cells count, averaged on each seed.
-    #[garde(length(min = 1))]
-    pub at: Vec<Value>,
-    /// The row, as tables name it.
-    #[garde(length(min = 1))]
-    pub row: String,
-    /// The row beside which it stands.
-    #[garde(length(min = 1))]
-    pub than: String,
-    /// The panel of that row, where it is another.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(skip)]
-    pub than_in: Option<String>,
-    /// What is expected.
-    #[garde(dive)]
-    pub expects: Expectation,
-}
-
-/// What is expected of a difference.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Expectation {
-    /// A smaller ATE.
-    Less,
-    /// A larger ATE.
-    More,
-    /// An ATE that is larger by less than so many metres, or smaller.
-    AtMost(#[garde(range(min = 0.0, max = 100.0), custom(not_nan))] f64),
-    /// An ATE that differs by less than so many metres, up or down.
-    Within(#[garde(range(min = 0.0, max = 100.0), custom(not_nan))] f64),
-}
-
 /// The scores of each cell.
 pub const COLUMNS: [Metric; 4] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose];
 
@@ -173,6 +136,7 @@ impl MapFile {
             name: scene.name.clone(),
             purpose: scene.purpose.clone(),
             scene: PathBuf::new(),
+            seeds: None,
             across,
             estimates: vec![Estimates { rows, model: None, set: Fields::new() }],
             panels,

@@ -2,6 +2,7 @@
 
 mod error;
 pub mod estimator;
+pub mod hypothesis;
 mod kind;
 pub mod map;
 mod place;
@@ -82,8 +83,13 @@ pub struct SceneFile {
 
 impl SceneFile {
     /// The simulated part of the scene that was read from `path`, with the meshes it names. A scene file that was
-    /// read has passed the simulator's rules, but for those on what stands where.
+    /// read has passed the simulator's rules, but for those on what stands where. Tells of fields that vary: they do not here.
     pub fn checked(&self, path: &Path, progress: &Progress) -> Result<CheckedScene, SceneFileError> {
+        if !self.vary.is_empty() {
+            let fields: Vec<&str> = self.vary.iter().map(|axis| axis.field.as_str()).collect();
+            let fields = fields.join(" and ");
+            progress.note(&format!("{} varies {fields}: taken here as the rest of it says", path.display()));
+        }
         let spec = SceneSpec {
             world: self.world.clone(),
             robot: self.robot.clone(),

@@ -2,7 +2,8 @@
 
 use crate::pipeline::Pass;
 use crate::scene_file::SceneFile;
-use crate::scene_file::map::{Estimates, Hypothesis, MapFile, Panel};
+use crate::scene_file::hypothesis::Hypothesis;
+use crate::scene_file::map::{Estimates, MapFile, Panel};
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::kind_names;
 use crate::scene_file::vary::{VaryError, told, varied};

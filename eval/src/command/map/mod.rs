@@ -3,6 +3,7 @@
 //! A scene that varies fields of its own is a map, too: `bench SCENE` comes here.
 
 mod expand;
+mod pages;
 mod text;
 
 use super::cli::{MakingArgs, MapArgs, RunArgs};
@@ -10,7 +11,6 @@ use super::scene::error::RunError;
 use crate::command::error::BenchError;
 use crate::command::places::places;
 use crate::exit::Exit;
-use crate::figure::map::{map_png, map_summary_svg, map_svg};
 use crate::pipeline::{Cell, PANICKED, cell};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -28,16 +28,10 @@ use crate::scene_file::{self, SceneFile};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use text::map_markdown;
 use vantage_dataset::Seed;
 
-pub use text::map_markdown;
-
-/// The figure of all panels.
-pub const MAP_SVG: &str = "map.svg";
-/// That of the map's summary.
-pub const SUMMARY_SVG: &str = "summary.svg";
-/// All panels as pixels.
-pub const MAP_PNG: &str = "map.png";
+pub use pages::{MAP_FILE, map_pages};
 
 /// A map with all that it reads.
 struct Source {
@@ -92,7 +86,7 @@ fn make(
     let Source { map, path, scene, scene_path } = source;
     let seeds: Vec<Seed> = match seeds {
         Some(count) => (0..count).map(Seed).collect(),
-        None => scene.evaluation.seeds.as_slice().to_vec(),
+        None => map.seeds.as_ref().unwrap_or(&scene.evaluation.seeds).as_slice().to_vec(),
     };
     let place = ResultKind::Map.place(out.path(), &map.name);
     if let Some(standing) = Standing::read(&place).filter(|_| !replace) {
@@ -136,18 +130,15 @@ fn make(
     let folder = ResultFolder::open(&out, &map.name, ResultKind::Map, &progress)?;
     let place = folder.path().to_owned();
     folder.write(FILE_NAME, serde_json::to_string(&results)?.as_bytes())?;
-    let text = map_markdown(map, &results);
-    folder.write(TABLES, text.as_bytes())?;
-    folder.write(MAP_SVG, map_svg(map, &results)?.as_bytes())?;
-    folder.write(MAP_PNG, &map_png(map, &results)?)?;
-    let mut pictures = vec![MAP_SVG, MAP_PNG];
-    if let Some(summary) = map_summary_svg(map, &results)? {
-        folder.write(SUMMARY_SVG, summary.as_bytes())?;
-        pictures.push(SUMMARY_SVG);
+    folder.write(MAP_FILE, serde_json::to_string_pretty(map)?.as_bytes())?;
+    let pages = map_pages(map, &results)?;
+    for (name, bytes) in &pages {
+        folder.write(name, bytes)?;
     }
     folder.finish(&manifest)?;
     progress.note(&format!("written to {}", place.display()));
-    writeln!(stdout, "{text}")?;
+    writeln!(stdout, "{}", map_markdown(map, &results))?;
+    let pictures = pages.iter().map(|(name, _)| *name).filter(|name| *name != TABLES).collect();
     let kinds = [("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", pictures)];
     write!(stdout, "{}", places(&place, kinds))?;
     let runs = || results.tables.iter().flat_map(Table::runs);

@@ -1,7 +1,8 @@
 //! The tables of a map: what came of its hypotheses, and the rows of each panel.
 
 use crate::result::bootstrap::bca_interval;
-use crate::result::grid::{Style, draw};
+use crate::result::gain::Gain;
+use crate::result::grid::{Style, UNDEFINED, draw};
 use crate::result::holm::{SIGNIFICANT, holm};
 use crate::result::metric::Metric;
 use crate::result::outcome::{Outcome, outcomes};
@@ -11,7 +12,8 @@ use crate::result::run::Outcome as Ending;
 use crate::result::statistics::Mean;
 use crate::result::table::Table;
 use crate::result::wilcoxon::wilcoxon;
-use crate::scene_file::map::{Expectation, Hypothesis, MapFile, Panel};
+use crate::scene_file::hypothesis::{Expectation, Hypothesis};
+use crate::scene_file::map::{MapFile, Panel};
 use crate::scene_file::row::Row;
 use crate::scene_file::vary::told;
 
@@ -58,15 +60,15 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
             Expectation::Within(margin) => format!("within {margin} m"),
         };
         let [seeds, difference, interval, p, verdict] = match outcome {
-            None => [(); 5].map(|()| "-".to_owned()),
+            None => [(); 5].map(|()| UNDEFINED.to_owned()),
             Some(outcome) => [
                 outcome.mean.n.to_string(),
                 signed(outcome.mean.mean),
                 outcome.interval.map_or_else(
-                    || "-".to_owned(),
+                    || UNDEFINED.to_owned(),
                     |(low, high)| format!("{} to {}", signed(low), signed(high)),
                 ),
-                outcome.p.map_or_else(|| "-".to_owned(), probability),
+                outcome.p.map_or_else(|| UNDEFINED.to_owned(), probability),
                 outcome.verdict.to_string(),
             ],
         };
@@ -86,7 +88,7 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
     let rows = map.hypotheses.iter().zip(&outcomes).map(row).collect();
     format!(
         "\n## Hypotheses\n\nAs the map's file states them. *Less* and *more* count where Wilcoxon's p is below 0.05 after Holm's correction over \
-         all of them,\nand the interval excludes 0. Bounds go by the interval alone, without a correction.\n\n{}",
+         all of them,\nand the interval excludes 0. Bounds go by the interval alone, without a correction.\n\n{}\n",
         draw(Style::Markdown, &head.map(str::to_owned), rows)
     )
 }
@@ -114,6 +116,7 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         let seeds = first.seeds().len();
         text += &format!("\n{}, mean +- 95% over {seeds} seeds\n\n", metric.heading());
         text += &draw(Style::Markdown, &head("Row"), rows);
+        text += "\n";
     }
     text += &mishaps(tables);
     let Some(reference) = first.reference() else { return text };
@@ -129,8 +132,26 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
             metric.heading()
         );
         text += &draw(Style::Markdown, &head("Row"), gains(metric, &differs, &paired));
+        text += "\n";
+        if metric == Metric::Ate {
+            text += "\nMedian of these differences, and how many seeds would show a mean difference of 5%\n\n";
+            text += &draw(Style::Markdown, &head("Row"), medians(metric, &differs, &paired));
+            text += "\n";
+        }
     }
     text
+}
+
+fn medians(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) -> Vec<Vec<String>> {
+    let cell = |paired: &Option<Paired>| {
+        let Some(gain) = paired.as_ref().and_then(Gain::of) else { return UNDEFINED.to_owned() };
+        let seeds = gain.seeds_for_5_percent.map_or_else(|| UNDEFINED.to_owned(), |seeds| seeds.to_string());
+        format!("{}, {seeds}", metric.display(gain.median))
+    };
+    let row = |(method, paired): (&&String, &Vec<Option<Paired>>)| {
+        std::iter::once((*method).clone()).chain(paired.iter().map(cell)).collect()
+    };
+    methods.iter().zip(paired).map(row).collect()
 }
 
 fn gains(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) -> Vec<Vec<String>> {
@@ -144,7 +165,7 @@ fn gains(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) ->
     let mut cell = |paired: &Option<Paired>| {
         let p = p.next().flatten();
         let Some((paired, mean)) = paired.as_ref().and_then(|paired| Some((paired, paired.mean()?))) else {
-            return "-".to_owned();
+            return UNDEFINED.to_owned();
         };
         let shown = |value: f64| metric.display(value);
         let interval = bca_interval(&values(paired));
@@ -174,7 +195,7 @@ fn mishaps(tables: &[&Table]) -> String {
 
 /// With the number of seeds that have the score, where some of `all` lack it.
 fn mean(metric: Metric, mean: Option<Mean>, all: usize) -> String {
-    let Some(mean) = mean else { return "-".to_owned() };
+    let Some(mean) = mean else { return UNDEFINED.to_owned() };
     let half = mean.half_width.map(|half| format!(" +- {}", metric.display(half))).unwrap_or_default();
     let some = if mean.n < all { format!(" (n={})", mean.n) } else { String::new() };
     metric.display(mean.mean) + &half + &some

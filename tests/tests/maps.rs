@@ -1,0 +1,102 @@
+//! `bench map`, and a scene that varies: every cell is run, scored and drawn, and what cannot be is refused before anything runs.
+
+use std::fs;
+use vantage_eval::command::MAP_FILE;
+use vantage_eval::result::metric::Metric;
+use vantage_eval::result::results_file::Results;
+use vantage_tests::{Finished, SmallScene, bench, files};
+
+const MAP: &str = "\
+version: 1
+name: little
+purpose: To see.
+scene: scene.yaml
+seeds: [5, 6]
+across: { field: robot.path.circle.radius, over: [1.5, 1.6] }
+estimates:
+  - { rows: [odometry, geometric] }
+  - { rows: [viewpoint_dependent], set: { estimator.semantic_noise_scale: 2 } }
+panels:
+  - { name: three, title: Three objects }
+  - { name: two, title: Two objects, set: { world.objects: 2 } }
+summary: { panels: [two], rows: [viewpoint_dependent] }
+hypotheses:
+  - { says: It helps., panel: three, at: [1.5, 1.6], row: viewpoint_dependent, than: geometric, expects: less }
+";
+
+fn run(scene: &SmallScene, map: &str, args: &[&str]) -> Finished {
+    fs::write(scene.path("map.yaml"), map).unwrap();
+    let mut command = scene.on(&["map"], "map.yaml");
+    command.args(args).arg("--out").arg(scene.path("out"));
+    Finished::of(&mut command)
+}
+
+#[test]
+fn a_map_has_every_cell_on_its_seeds_and_runs_again_to_the_same_bytes() {
+    let scene = SmallScene::new(&[]);
+    run(&scene, MAP, &[]).expect(0, &["cells: 4 of 4"]);
+    let place = scene.path("out/maps/little");
+    let results = Results::read(&place).unwrap();
+    let names: Vec<&str> = results.tables.iter().map(|table| table.name()).collect();
+    assert_eq!(names, ["three, radius 1.5", "three, radius 1.6", "two, radius 1.5", "two, radius 1.6"]);
+    let mut scores = Vec::new();
+    for table in &results.tables {
+        assert_eq!(table.methods(), ["odometry", "geometric", "viewpoint_dependent"]);
+        assert_eq!(table.seeds().iter().map(|seed| seed.0).collect::<Vec<_>>(), [5, 6]);
+        scores.extend(table.runs().iter().map(|run| run.scores[&Metric::Ate].to_bits()));
+    }
+    // Cells differ, but for odometry, which sees no objects.
+    scores.sort_unstable();
+    scores.dedup();
+    assert!(scores.len() >= 4 * 2 * 2, "{scores:?}");
+    let pages = ["tables.md", "map.svg", "map.png", "summary.svg", "summary.png", MAP_FILE];
+    pages.iter().for_each(|page| assert!(place.join(page).exists(), "{page}"));
+    let tables = fs::read_to_string(place.join("tables.md")).unwrap();
+    assert!(tables.contains("| It helps.") && tables.contains("## two: Two objects"), "{tables}");
+
+    let before = files(&place);
+    run(&scene, MAP, &["--seeds", "1"]).expect(2, &["holds a result of 2 seeds", "--replace"]);
+    run(&scene, MAP, &[]).expect(0, &[]);
+    let after = files(&place);
+    for page in before.keys().filter(|page| !page.ends_with("manifest.json")) {
+        assert!(before[page] == after[page], "{} differs", page.display());
+    }
+
+    fs::write(place.join("tables.md"), "of another version").unwrap();
+    fs::write(place.join("map.svg"), "of another version").unwrap();
+    Finished::of(bench().arg("index").arg(scene.path("out"))).expect(0, &[]);
+    let renewed = files(&place);
+    assert!(renewed.iter().all(|(page, bytes)| *bytes == after[page]), "`bench index` renews all pages");
+}
+
+#[test]
+fn a_scene_that_varies_is_a_map_and_what_is_of_one_cell_is_refused() {
+    let vary = "\nvary:\n  - { field: world.objects, over: [2, 3] }\n";
+    let scene = SmallScene::new(&[("\nevaluation:", &format!("{vary}\nevaluation:"))]);
+    scene.run().expect(0, &["cells: 2 of 2"]);
+    let results = Results::read(&scene.path("out/maps/small")).unwrap();
+    assert_eq!(results.tables.len(), 2);
+    let mut online = scene.command();
+    Finished::of(online.arg("--online")).expect(2, &["varies fields of its own", "--online"]);
+    let mut look = scene.on(&["look"], "scene.yaml");
+    look.arg("--out").arg(scene.path("look.png"));
+    Finished::of(&mut look).expect(0, &["varies world.objects"]);
+}
+
+#[test]
+fn maps_that_cannot_be_are_refused_before_anything_runs() {
+    let scene = SmallScene::new(&[]);
+    for (from, to, words) in [
+        ("over: [1.5, 1.6]", "over: [1.2, .nan]", ["map.yaml:6:", "nan"]),
+        ("over: [1.5, 1.6]", "over: [0.2, 1.3]", ["panel three, robot.path.circle.radius 0.2", "radius"]),
+        ("scene: scene.yaml", "scene: none.yaml", ["none.yaml", ""]),
+        ("world.objects: 2", "world.objcts: 2", ["panel two", "objcts"]),
+        ("seeds: [5, 6]", "seeds: [5, 5]", ["map.yaml:5:", "seed"]),
+        ("row: viewpoint_dependent", "row: magic", ["hypotheses[0]", "magic"]),
+    ] {
+        run(&scene, &MAP.replacen(from, to, 1), &[]).expect(2, &words);
+    }
+    let twice = MAP.replace("set: { estimator.semantic_noise_scale: 2 } }", "}\n  - { rows: [viewpoint_dependent] }");
+    run(&scene, &twice, &[]).expect(2, &["viewpoint_dependent", "two models"]);
+    assert!(!scene.path("out").exists());
+}
