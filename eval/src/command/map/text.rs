@@ -134,7 +134,8 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         text += &draw(Style::Markdown, &head("Row"), gains(metric, &differs, &paired));
         text += "\n";
         if metric == Metric::Ate {
-            text += "\nMedian of these differences, and how many seeds would show a mean difference of 5%\n\n";
+            text +=
+                "\nMedian of these differences, and how many seeds would show a mean difference of 5%\n\n";
             text += &draw(Style::Markdown, &head("Row"), medians(metric, &differs, &paired));
             text += "\n";
         }
