@@ -1,10 +1,8 @@
 //! Marginal covariances of single variables, by columns of the inverse of the reduced system.
 
-use crate::linear::{Reduced, System};
+use crate::linear::{Cholesky, Memory, Reduced, System};
 use crate::variable::Key;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::prelude::Solve;
-use faer::sparse::linalg::solvers::Llt;
 use faer::{Mat, Par};
 use nalgebra::{DMatrix, DVector};
 
@@ -17,16 +15,17 @@ const BATCH: usize = 16;
 /// The Gaussian of the posterior near its maximum (Laplace), variable by variable.
 pub struct Marginals<'s> {
     reduced: Reduced<'s>,
-    factor: Llt<usize, f64>,
+    factor: Cholesky<'s>,
 }
 
 impl<'s> Marginals<'s> {
     /// Factorises the normal equations at the maximum; `None` where there are none or they are not positive
     /// definite even when damped.
     pub fn new(system: &'s System<'s>) -> Option<Self> {
+        let mut memory = Memory::default();
         DAMPING.iter().find_map(|&lambda| {
-            let reduced = Reduced::new(system, lambda)?;
-            let factor = reduced.factorize()?;
+            let reduced = Reduced::new(system, lambda, &mut memory)?;
+            let factor = reduced.factorize(&mut memory)?;
             Some(Self { reduced, factor })
         })
     }

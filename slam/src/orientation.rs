@@ -4,7 +4,7 @@ use crate::graph::Graph;
 use crate::semantics::{SemanticObject, SemanticView, Semantics, unless_non_finite};
 use crate::settings::OrientationSettings;
 use crate::sighting::Sighting;
-use crate::solve::{Limits, solve};
+use crate::solve::{Limits, Solution, solve};
 use crate::variable::{Key, Value, Values};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -32,81 +32,181 @@ pub struct Mode {
     pub cost: f64,
 }
 
-/// An object's distinct modes, the best first; empty where the model answers none with finite numbers.
+/// What may still be spent, in crops that are encoded: other work counts as what takes about as long.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget(f64);
+
+impl Budget {
+    /// Of so many crops.
+    pub fn new(crops: f64) -> Self {
+        Self(crops)
+    }
+
+    /// Spends on something, unless all is spent already: the last thing may cost more than is left.
+    pub fn spend(&mut self, crops: f64) -> bool {
+        let is_left = self.0 > 0.0;
+        self.0 -= crops;
+        is_left
+    }
+}
+
+/// Of an iteration of a solution, for each view, in crops that are encoded.
+const ITERATION: f64 = 0.5;
+
+/// The search for an object's distinct modes, which can be left and gone on with.
 ///
 /// Each yaw of the grid gets the latent that the encoder reads from the views under it (the product of their
 /// posteriors with the prior), and is scored by the graph's own cost of the object: bearings, priors and the
 /// Student-t of every view. The best local minima over the circle are judged again after a few steps of the
 /// latent, and the best of those are refined, object and latent together.
-pub fn modes(
-    semantics: &Semantics<'_, '_>,
+pub struct Search<'m> {
+    settings: OrientationSettings,
+    track: usize,
+    views: Vec<SemanticView>,
+    graph: Graph<'m>,
+    /// The object's place, and what is held.
+    known: Values,
+    position: Vector3<f64>,
+    grid: Vec<Option<(f64, Values)>>,
+    /// Minima of the grid, once that is full, the best last.
+    minima: Option<Vec<Values>>,
+    reconsidered: Vec<Solution>,
+    /// The best of these that are not refined yet, the best last.
+    starts: Option<Vec<Values>>,
+    modes: Vec<Mode>,
+}
+
+impl<'m> Search<'m> {
+    /// Of an object that `values` have a place for, as they have the robot; `None` of one without.
+    pub fn new(
+        semantics: &Semantics<'_, 'm>,
+        settings: &OrientationSettings,
+        object: &SemanticObject,
+        sightings: &[Sighting],
+        values: &Values,
+    ) -> Option<Self> {
+        let track = object.track;
+        let position = values.get(Key::Object(track))?.position()?;
+        let views = spread(&object.views, settings.views);
+        let mut graph = Graph::default();
+        semantics.problem.add_bearings(&mut graph, track, sightings);
+        semantics.add_factors(&mut graph, object, &views, UnitQuaternion::identity());
+        let mut known = Values::default();
+        for key in sightings.iter().map(|s| Key::Robot(s.step)).chain([Key::Offset(track)]) {
+            if let Some(value) = values.get(key) {
+                known.insert(key, value.clone());
+            }
+        }
+        Some(Self {
+            settings: *settings,
+            track,
+            views,
+            graph,
+            known,
+            position,
+            grid: Vec::new(),
+            minima: None,
+            reconsidered: Vec::new(),
+            starts: None,
+            modes: Vec::new(),
+        })
+    }
+
+    /// Goes on within a budget; true once all is done.
+    pub fn advance(
+        &mut self,
+        semantics: &Semantics<'_, 'm>,
+        budget: &mut Budget,
+    ) -> Result<bool, AnswerError> {
+        let views = self.views.len() as f64;
+        while self.grid.len() < self.settings.yaw_candidates {
+            if !budget.spend(views) {
+                return Ok(false);
+            }
+            let point = self.point(semantics, self.grid.len() as f64 * self.step())?;
+            self.grid.push(point);
+        }
+        let refined_modes = self.settings.refined_modes;
+        let minima = self.minima.get_or_insert_with(|| {
+            let mut minima = local_minima(&self.grid);
+            minima.truncate(RECONSIDERED * refined_modes);
+            minima.reverse();
+            minima
+        });
+        while let Some(start) = minima.pop() {
+            if !budget.spend(RECONSIDERATION.iterations as f64 * ITERATION * views) {
+                minima.push(start);
+                return Ok(false);
+            }
+            let of_latent = |key| matches!(key, Key::Latent(_));
+            self.reconsidered.push(solve(&self.graph, start, of_latent, RECONSIDERATION));
+        }
+        let starts = self.starts.get_or_insert_with(|| {
+            self.reconsidered.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let mut starts: Vec<Values> =
+                self.reconsidered.drain(..).take(refined_modes).map(|solution| solution.values).collect();
+            starts.reverse();
+            starts
+        });
+        while let Some(start) = starts.pop() {
+            if !budget.spend(REFINEMENT.iterations as f64 * ITERATION * views) {
+                starts.push(start);
+                return Ok(false);
+            }
+            let refined = solve(&self.graph, start, |key| !matches!(key, Key::Robot(_)), REFINEMENT);
+            let (object, latent) = (Key::Object(self.track), Key::Latent(self.track));
+            if let (Some(pose), Some(latent)) = (refined.values.pose(object), refined.values.vector(latent)) {
+                let (world_from_object, latent) = (*pose, latent.clone());
+                self.modes.push(Mode { world_from_object, latent, cost: refined.cost });
+            }
+        }
+        Ok(true)
+    }
+
+    /// The distinct modes, the best first; empty where the model answers none with finite numbers.
+    pub fn modes(mut self) -> Vec<Mode> {
+        self.modes.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let step = self.step();
+        let mut distinct: Vec<Mode> = Vec::new();
+        for mode in self.modes {
+            let turn =
+                |other: &Mode| other.world_from_object.rotation.angle_to(&mode.world_from_object.rotation);
+            if distinct.iter().all(|other| turn(other) > DISTINCT_STEPS * step) {
+                distinct.push(mode);
+            }
+        }
+        distinct
+    }
+
+    /// Radians between the yaws of the grid.
+    fn step(&self) -> f64 {
+        2.0 * PI / self.settings.yaw_candidates as f64
+    }
+
+    /// Values and cost at a yaw; `None` where the model's answers are not finite.
+    fn point(&self, semantics: &Semantics<'_, 'm>, yaw: f64) -> Result<Option<(f64, Values)>, AnswerError> {
+        let Some(latent) = encode(semantics, &self.views, yaw)? else { return Ok(None) };
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+        let mut start = self.known.clone();
+        start.insert(Key::Object(self.track), Value::Pose(Pose::from_parts(self.position.into(), rotation)));
+        start.insert(Key::Latent(self.track), Value::Vector(latent));
+        Ok(self.graph.cost(&start).map(|cost| (cost, start)))
+    }
+}
+
+/// An object's distinct modes by a whole [`Search`].
+pub fn modes<'m>(
+    semantics: &Semantics<'_, 'm>,
     settings: &OrientationSettings,
     object: &SemanticObject,
     sightings: &[Sighting],
     values: &Values,
 ) -> Result<Vec<Mode>, AnswerError> {
-    let track = object.track;
-    let views = spread(&object.views, settings.views);
-    let mut graph = Graph::default();
-    semantics.problem.add_bearings(&mut graph, track, sightings);
-    semantics.add_factors(&mut graph, object, &views, UnitQuaternion::identity());
-    let known: Vec<(Key, Value)> = sightings
-        .iter()
-        .map(|s| Key::Robot(s.step))
-        .chain([Key::Offset(track)])
-        .filter_map(|key| Some((key, values.get(key)?.clone())))
-        .collect();
-    let Some(position) = values.get(Key::Object(track)).and_then(|value| value.position()) else {
+    let Some(mut search) = Search::new(semantics, settings, object, sightings, values) else {
         return Ok(Vec::new());
     };
-
-    let count = settings.yaw_candidates;
-    let step = 2.0 * PI / count as f64;
-    let mut grid = Vec::with_capacity(count);
-    for index in 0..count {
-        let yaw = index as f64 * step;
-        let Some(latent) = encode(semantics, &views, yaw)? else {
-            grid.push(None);
-            continue;
-        };
-        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
-        let mut start = Values::default();
-        for (key, value) in &known {
-            start.insert(*key, value.clone());
-        }
-        start.insert(Key::Object(track), Value::Pose(Pose::from_parts(position.into(), rotation)));
-        start.insert(Key::Latent(track), Value::Vector(latent));
-        grid.push(graph.cost(&start).map(|cost| (cost, start)));
-    }
-
-    let refined_modes = settings.refined_modes;
-    let mut shortlist: Vec<_> = local_minima(&grid)
-        .into_iter()
-        .take(RECONSIDERED * refined_modes)
-        .map(|start| solve(&graph, start, |key| matches!(key, Key::Latent(_)), RECONSIDERATION))
-        .collect();
-    shortlist.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut modes: Vec<Mode> = shortlist
-        .into_iter()
-        .take(refined_modes)
-        .filter_map(|start| {
-            let refined = solve(&graph, start.values, |key| !matches!(key, Key::Robot(_)), REFINEMENT);
-            Some(Mode {
-                world_from_object: *refined.values.pose(Key::Object(track))?,
-                latent: refined.values.vector(Key::Latent(track))?.clone(),
-                cost: refined.cost,
-            })
-        })
-        .collect();
-    modes.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut distinct: Vec<Mode> = Vec::new();
-    for mode in modes {
-        let turn = |other: &Mode| other.world_from_object.rotation.angle_to(&mode.world_from_object.rotation);
-        if distinct.iter().all(|other| turn(other) > DISTINCT_STEPS * step) {
-            distinct.push(mode);
-        }
-    }
-    Ok(distinct)
+    search.advance(semantics, &mut Budget::new(f64::INFINITY))?;
+    Ok(search.modes())
 }
 
 /// The mean latent of the views if the object's yaw is `yaw`.

@@ -1,7 +1,7 @@
 //! The maximum of the posterior by Levenberg-Marquardt.
 
 use crate::graph::Graph;
-use crate::linear::{Structure, least_constrained};
+use crate::linear::{Memory, Structure, least_constrained};
 use crate::variable::{Key, Values};
 use std::fmt;
 
@@ -91,13 +91,14 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
     let Some(cost) = graph.cost(&solution.values) else { return solution };
     solution.cost = cost;
     let Some(structure) = Structure::new(graph, &solution.values, is_free) else { return solution };
+    let mut memory = Memory::default();
     let mut damping = INITIAL_DAMPING;
     while solution.iterations < limits.iterations {
         let Some(system) = structure.linearize(graph, &solution.values) else { return solution };
         solution.iterations += 1;
         let negligible = limits.tolerance * solution.cost.max(1.0);
-        let attempt = |damping: f64| -> Attempt {
-            let Some(step) = system.step(damping) else {
+        let mut attempt = |damping: f64| -> Attempt {
+            let Some(step) = system.step(damping, &mut memory) else {
                 return Attempt::Rejected { promised: f64::INFINITY };
             };
             if step.predicted_decrease <= negligible {
@@ -128,7 +129,7 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
             result = attempt(damping);
         }
         let Attempt::Lower { values, cost, gain } = result else {
-            solution.outcome = match least_constrained(&system) {
+            solution.outcome = match least_constrained(&system, &mut memory) {
                 Some(near) => Outcome::Underconstrained { near },
                 None if broken_promise > STALL * negligible => Outcome::Stalled,
                 None => Outcome::Converged,

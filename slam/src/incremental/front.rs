@@ -93,6 +93,17 @@ impl Front {
         }
     }
 
+    /// Adds the cost of moving those of some numbers to eliminate that start at `first` away from where they are: a share of the diagonal, or
+    /// of 1 where that is less.
+    pub fn hold(&mut self, first: usize, at: &[f64], share: f64) {
+        for (i, at) in (first..).zip(at) {
+            let diagonal = &mut self.numbers[i * (self.gradient.len() + 1)];
+            let weight = share * diagonal.max(1.0);
+            *diagonal += weight;
+            self.gradient[i] -= weight * at;
+        }
+    }
+
     /// Eliminates; `None`, with the equations as they were, where they are not positive definite.
     pub fn eliminate(&mut self) -> Option<Eliminated> {
         let (f, n) = (self.eliminated, self.gradient.len());
@@ -130,11 +141,6 @@ impl Front {
 }
 
 impl Eliminated {
-    /// S.
-    pub fn separator(&self) -> usize {
-        self.columns.nrows() - self.columns.ncols()
-    }
-
     /// The eliminated numbers, given those of the separator.
     pub fn solve(&self, separator: &[f64]) -> Vec<f64> {
         let (f, n) = (self.columns.ncols(), self.columns.nrows());
@@ -146,6 +152,19 @@ impl Eliminated {
         let lower = self.columns.as_ref().submatrix(0, 0, f, f);
         solve_upper_triangular_in_place(lower.transpose(), column, Par::Seq);
         x
+    }
+
+    /// By how much the least-squares cost of the front is above its least given the separator, at some numbers of both.
+    pub fn excess(&self, eliminated: &[f64], separator: &[f64]) -> f64 {
+        let (f, n) = (self.columns.ncols(), self.columns.nrows());
+        let mut rows = Mat::from_fn(f, 1, |i, _| self.gradient[i]);
+        let whole = [(0, f, eliminated), (f, n - f, separator)];
+        for (start, count, numbers) in whole {
+            let block = self.columns.as_ref().submatrix(start, 0, count, f);
+            let numbers = MatRef::from_column_major_slice(numbers, count, 1);
+            matmul::matmul(rows.as_mut(), Accum::Add, block.transpose(), numbers, 1.0, Par::Seq);
+        }
+        rows.squared_norm_l2() / 2.0
     }
 
     /// The covariance of all numbers of the front, `[(F + S) x (F + S)]`, given that of the separator.

@@ -1,7 +1,9 @@
 //! The posterior's maximum and marginals after every step, from what the step changed.
 
 mod chart;
+mod descent;
 mod front;
+mod linearized;
 mod object;
 mod order;
 mod smoother;
@@ -10,4 +12,4 @@ mod tree;
 
 pub use smoother::{Smoother, Thresholds, Update};
 pub use term::Term;
-pub use tree::{Indefinite, Place, Tree};
+pub use tree::{Indefinite, Place, Solved, Tree};

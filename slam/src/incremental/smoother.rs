@@ -1,12 +1,14 @@
 //! The nonlinear problem over the tree: each factor keeps the linearisation that it has until its own residual says otherwise.
 
 use super::chart::Chart;
+use super::descent::{Damping, Excess, Verdict, judge};
+use super::linearized::{Linearization, Linearized, Look, cost, root_weight};
 use super::term::Term;
-use super::tree::{Indefinite, Place, Tree};
+use super::tree::{Indefinite, Place, Solved, Tree};
 use crate::factor::{Factor, LinearFactor};
 use crate::graph::Graph;
 use crate::variable::{Key, Value, Values};
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// When work is worth its while.
@@ -27,44 +29,8 @@ pub struct Update {
     pub relinearized: usize,
     /// Variables solved for.
     pub solved: usize,
-    /// Whether some factors still wait to be linearised anew: the next update does so.
+    /// Whether some factors still wait to be linearised anew, or some variables are damped: the next update goes on.
     pub is_unfinished: bool,
-}
-
-struct Linearized<'m> {
-    factor: Box<dyn Factor + 'm>,
-    /// The residual where the term was made, weighted as there.
-    residual: DVector<f64>,
-    /// Its variables, and how far the residual moves with each at most.
-    reach: Vec<(usize, f64)>,
-    /// Bound of how far the residual has moved since the term was made.
-    path: f64,
-    /// Where on that path it is looked at next.
-    next: f64,
-}
-
-impl<'m> Linearized<'m> {
-    /// Just made, to be looked at once the residual may have moved by `limit`.
-    fn new(factor: Box<dyn Factor + 'm>, term: &Term, residual: DVector<f64>, limit: f64) -> Self {
-        // The largest singular value is no more than this.
-        let bound = |jacobian: &DMatrix<f64>| (jacobian * jacobian.transpose()).norm().sqrt();
-        let reach = term.variables.iter().copied().zip(term.jacobians.iter().map(bound)).collect();
-        Self { factor, residual, reach, path: 0.0, next: limit }
-    }
-
-    /// Takes note that a variable moved; true where it is time to look.
-    fn move_on(&mut self, variable: usize, distance: f64) -> bool {
-        let reach = self.reach.iter().find(|(of, _)| *of == variable).map_or(0.0, |(_, reach)| *reach);
-        self.path += reach * distance;
-        self.path > self.next
-    }
-
-    /// Looked at: the residual changed by `change` since the term was made, and is `off` the term by no more than `limit`, which is taken to
-    /// grow with the square of the change.
-    fn look_later(&mut self, change: f64, off: f64, limit: f64) {
-        let growth = ((limit / off).sqrt() - 1.0).clamp(0.0, 1.0);
-        self.next = self.path + limit.max(growth * change);
-    }
 }
 
 /// A posterior that grows, and its maximum.
@@ -76,7 +42,9 @@ pub struct Smoother<'m> {
     /// By their terms.
     factors: Vec<Option<Linearized<'m>>>,
     values: Values,
+    /// Terms that are to be made anew.
     waiting: BTreeSet<usize>,
+    damping: Damping,
 }
 
 impl<'m> Smoother<'m> {
@@ -90,6 +58,7 @@ impl<'m> Smoother<'m> {
             factors: Vec::new(),
             values: Values::default(),
             waiting: BTreeSet::new(),
+            damping: Damping::default(),
         }
     }
 
@@ -125,9 +94,10 @@ impl<'m> Smoother<'m> {
                 }
             }
             match self.linearize(&*factor) {
-                Some((term, residual)) => {
-                    let made = Linearized::new(factor, &term, residual, self.thresholds.relinearization);
-                    let index = self.tree.add_term(term);
+                Some(near) => {
+                    let at = numbers(&self.tree, &near.term).flatten().copied().collect();
+                    let made = Linearized::new(factor, &near, at, self.thresholds.relinearization);
+                    let index = self.tree.add_term(near.term);
                     self.factors.resize_with(index, || None);
                     self.factors.push(Some(made));
                 }
@@ -144,7 +114,9 @@ impl<'m> Smoother<'m> {
             self.waiting.remove(&term);
         }
         for key in [Key::Object(track), Key::Latent(track), Key::Extents(track), Key::Offset(track)] {
-            self.index.remove(&key);
+            if let Some(variable) = self.index.remove(&key) {
+                self.damping.forget(variable);
+            }
             self.values.remove(key);
         }
     }
@@ -157,42 +129,111 @@ impl<'m> Smoother<'m> {
     /// Updates until no residual is farther than `relinearization` from its linearisation, or `rounds` are over; true if none is.
     pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, Indefinite> {
         self.waiting.extend(0..self.factors.len());
+        self.factors.iter_mut().flatten().for_each(Linearized::forget);
         let thresholds = Thresholds { relinearization, propagation: 0.0, rounds };
         Ok(!self.update_within(thresholds)?.is_unfinished)
     }
 
     fn update_within(&mut self, thresholds: Thresholds) -> Result<Update, Indefinite> {
+        let Thresholds { relinearization: limit, propagation, rounds } = thresholds;
         let mut update = Update::default();
         for round in 0.. {
             for term in std::mem::take(&mut self.waiting) {
-                update.relinearized += usize::from(self.relinearize(term, thresholds.relinearization));
+                update.relinearized += usize::from(self.relinearize(term, limit));
             }
             self.tree.factorize()?;
-            let moved = self.tree.solve(thresholds.propagation);
-            update.solved += moved.len();
-            let mut due = Vec::new();
-            for &(variable, distance) in &moved {
-                let Chart { key, .. } = self.charts[variable];
-                self.values.insert(key, self.charts[variable].at(self.tree.solution(variable)));
-                let factors = &mut self.factors;
-                due.extend(self.tree.terms_of(variable).filter(|&term| {
-                    factors[term].as_mut().is_some_and(|factor| factor.move_on(variable, distance))
-                }));
-            }
-            self.rebase(&moved);
-            due.sort_unstable();
-            due.dedup();
-            due.retain(|term| self.is_off(*term, thresholds.relinearization));
-            self.waiting.extend(due);
-            if self.waiting.is_empty() || round + 1 >= thresholds.rounds {
+            let solved = self.tree.solve(propagation);
+            update.solved += solved.moved.len();
+            let is_taken = self.judge(&solved, limit);
+            self.rebase(&solved.moved);
+            update.is_unfinished = !is_taken || !self.damping.is_none() || !self.waiting.is_empty();
+            if !update.is_unfinished || round + 1 >= rounds {
                 break;
             }
         }
-        update.is_unfinished = !self.waiting.is_empty();
         Ok(update)
     }
 
-    /// The covariance of a variable's right perturbation; `None` of what is not there.
+    /// Takes a solution if that lowers the cost, and goes back to where it was if not; what is to be linearised anew waits.
+    fn judge(&mut self, solved: &Solved, limit: f64) -> bool {
+        self.show(&solved.moved);
+        let due = self.due(&solved.moved);
+        let looks: Vec<(usize, Option<Look>)> =
+            due.into_iter().map(|term| (term, self.look(term, limit))).collect();
+        let off = looks.iter().filter_map(|&(term, look)| Some((term, look.filter(|l| l.off > limit)?)));
+        let off: Vec<(usize, Look)> = off.collect();
+        match judge(solved.decrease, off.iter().map(|(_, look)| look.excess)) {
+            Verdict::Refused => {
+                self.tree.take_back(&solved.moved);
+                self.show(&solved.moved);
+                self.refuse(&off);
+                return false;
+            }
+            // A point that whole steps lead away from is held until it is reached.
+            Verdict::TakenInDoubt if !off.is_empty() => {}
+            Verdict::TakenInDoubt | Verdict::Taken => self.damping.relax(&mut self.tree),
+        }
+        for (term, look) in looks {
+            if let Some(linearized) = &mut self.factors[term] {
+                linearized.look_later(look.map(|look| look.off), limit);
+            }
+        }
+        self.waiting.extend(off.iter().map(|(term, _)| term));
+        true
+    }
+
+    /// Has the factors that were off after a step linearised anew where that started, or their variables damped where they are.
+    fn refuse(&mut self, off: &[(usize, Look)]) {
+        let mut fresh: Vec<(usize, Excess)> = Vec::new();
+        for &(term, look) in off {
+            let (Some(of), Some(linearized)) = (self.tree.term(term), &mut self.factors[term]) else {
+                continue;
+            };
+            linearized.move_to(numbers(&self.tree, of));
+            if linearized.is_fresh() {
+                fresh.push((term, look.excess));
+            } else if linearized.factor.residual(&self.values).is_some() {
+                self.waiting.insert(term);
+            } else {
+                linearized.look_no_more();
+            }
+        }
+        self.damping.raise(&mut self.tree, &fresh);
+    }
+
+    /// Has the values of variables that moved follow the solution.
+    fn show(&mut self, moved: &[(usize, f64)]) {
+        for &(variable, _) in moved {
+            let chart = &self.charts[variable];
+            self.values.insert(chart.key, chart.at(self.tree.solution(variable)));
+        }
+    }
+
+    /// The factors of what moved that are to be looked at.
+    fn due(&mut self, moved: &[(usize, f64)]) -> Vec<usize> {
+        let Self { tree, factors, .. } = self;
+        let mut due = Vec::new();
+        for &(variable, distance) in moved {
+            for term in tree.terms_of(variable) {
+                if let Some(factor) = &mut factors[term] {
+                    factor.move_on(variable, distance);
+                    due.extend(factor.is_due().then_some(term));
+                }
+            }
+        }
+        due.sort_unstable();
+        due.dedup();
+        due.retain(|&index| match (tree.term(index), &mut factors[index]) {
+            (Some(term), Some(factor)) => {
+                factor.move_to(numbers(tree, term));
+                factor.is_due()
+            }
+            _ => false,
+        });
+        due
+    }
+
+    /// The covariance of a variable's right perturbation, too small while variables near it are damped; `None` of what is not there.
     pub fn covariance(&self, key: Key) -> Option<DMatrix<f64>> {
         let variable = *self.index.get(&key)?;
         let covariance = self.tree.covariance(variable)?;
@@ -218,21 +259,22 @@ impl<'m> Smoother<'m> {
         }
     }
 
-    /// Linearises a factor anew; it is looked at again once its residual may have moved by `limit`.
+    /// Linearises a factor anew; it is looked at again once its residual may be off by `limit`.
     fn relinearize(&mut self, index: usize, limit: f64) -> bool {
         let Some(linearized) = &self.factors[index] else { return false };
-        let Some((term, residual)) = self.linearize(&*linearized.factor) else { return false };
-        if let Some(Linearized { factor, .. }) = self.factors[index].take() {
-            self.factors[index] = Some(Linearized::new(factor, &term, residual, limit));
+        let Some(near) = self.linearize(&*linearized.factor) else { return false };
+        let at = numbers(&self.tree, &near.term).flatten().copied().collect();
+        if let Some(linearized) = &mut self.factors[index] {
+            linearized.renew(&near, at, limit);
         }
-        self.tree.replace_term(index, term);
+        self.tree.replace_term(index, near.term);
         true
     }
 
-    /// A factor about the values, and its residual there; `None` where it is undefined.
-    fn linearize(&self, factor: &dyn Factor) -> Option<(Term, DVector<f64>)> {
+    /// A factor about the values; `None` where it is undefined.
+    fn linearize(&self, factor: &dyn Factor) -> Option<Linearization> {
         let LinearFactor { mut residual, jacobians } = factor.linearize(&self.values)?;
-        let root = root_weight(factor, &residual);
+        let (cost, root) = (cost(factor, &residual), root_weight(factor, &residual));
         residual *= root;
         let mut constant = residual.clone();
         let mut term = Term { variables: Vec::new(), jacobians: Vec::new(), constant: DVector::zeros(0) };
@@ -245,36 +287,17 @@ impl<'m> Smoother<'m> {
             term.jacobians.push(jacobian);
         }
         term.constant = constant;
-        Some((term, residual))
+        Some(Linearization { term, residual, cost })
     }
 
-    /// Whether the residual is farther than `limit` from that of the linearisation.
-    fn is_off(&mut self, index: usize, limit: f64) -> bool {
-        let (Some(term), Some(linearized)) = (self.tree.term(index), &mut self.factors[index]) else {
-            return false;
-        };
-        let mut predicted = term.constant.clone();
-        for (&variable, jacobian) in term.variables.iter().zip(&term.jacobians) {
-            predicted.gemv(
-                1.0,
-                jacobian,
-                &DVectorView::from_slice(self.tree.solution(variable), jacobian.ncols()),
-                1.0,
-            );
-        }
-        let change = (&predicted - &linearized.residual).norm();
-        // What did not change by more than the limit is taken as linear.
-        let residual = if change <= limit { None } else { linearized.factor.residual(&self.values) };
-        let off = residual.map_or(0.0, |residual| {
-            let root = root_weight(&*linearized.factor, &residual);
-            (residual * root - predicted).norm()
-        });
-        linearized.look_later(change, off, limit);
-        off > limit
+    /// How far a factor is off its term; `None` where it did not move by more than `limit`.
+    fn look(&self, index: usize, limit: f64) -> Option<Look> {
+        let (term, linearized) = (self.tree.term(index)?, self.factors[index].as_ref()?);
+        linearized.look(term, numbers(&self.tree, term), &self.values, limit)
     }
 }
 
-/// The square root of what multiplies the squared residual, by the kernel.
-fn root_weight(factor: &dyn Factor, residual: &DVector<f64>) -> f64 {
-    (factor.information_scale() * factor.kernel().weight(residual.norm_squared(), residual.len())).sqrt()
+/// The numbers of a term's variables.
+fn numbers<'t>(tree: &'t Tree, term: &'t Term) -> impl Iterator<Item = &'t [f64]> {
+    term.variables.iter().map(|&variable| tree.solution(variable))
 }

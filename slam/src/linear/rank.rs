@@ -1,10 +1,10 @@
 //! Which variable the factors leave free, if any.
 
-use super::reduced::{Reduced, factorize};
+use super::cholesky::{Cholesky, Memory};
+use super::reduced::Reduced;
 use super::system::System;
 use crate::variable::Key;
 use faer::Mat;
-use faer::prelude::Solve;
 
 /// Smallest eigenvalue, of the reduced system scaled to a unit diagonal, that counts as constrained. A free
 /// direction shows as rounding, about 1e-15; 1000 steps of odometry without a closure as 1e-11.
@@ -15,12 +15,12 @@ const INVERSE_ITERATIONS: usize = 6;
 /// to rounding; `None` where every variable is constrained.
 ///
 /// Found by inverse iteration from a fixed start.
-pub fn least_constrained(system: &System<'_>) -> Option<Key> {
+pub fn least_constrained(system: &System<'_>, memory: &mut Memory) -> Option<Key> {
     let structure = system.structure;
     if structure.columns == 0 {
         return None;
     }
-    let Some(reduced) = Reduced::new(system, 0.0) else {
+    let Some(reduced) = Reduced::new(system, 0.0, memory) else {
         return structure.locals.first().map(|local| local.key);
     };
     let diagonal: Vec<f64> =
@@ -42,7 +42,7 @@ pub fn least_constrained(system: &System<'_>) -> Option<Key> {
         for column in 0..structure.columns {
             shifted[structure.column_starts[column]] += shift;
         }
-        match factorize(structure, &shifted) {
+        match Cholesky::new(structure, &shifted, memory) {
             Some(factor) => break factor,
             None if shift < 1.0 => shift *= 10.0,
             None => return Some(owner(system, 0)),

@@ -1,13 +1,11 @@
 //! The system of poses and objects that is left once every latent is eliminated inside its own object.
 
+use super::cholesky::{Cholesky, Memory};
 use super::structure::Structure;
 use super::system::{System, local_damping_scale};
 use faer::linalg::matmul::triangular;
 use faer::linalg::solvers::Llt as DenseLlt;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::prelude::Solve;
-use faer::sparse::SparseColMatRef;
-use faer::sparse::linalg::solvers::Llt;
 use faer::{Accum, Mat, Par, Side};
 
 /// The Schur complement of the latents in `H + lambda D`.
@@ -31,11 +29,13 @@ pub(crate) struct Eliminated {
 
 impl<'s> Reduced<'s> {
     /// Eliminates the latents; `None` where one's block is not positive definite.
-    pub fn new(system: &'s System<'s>, lambda: f64) -> Option<Self> {
+    pub fn new(system: &'s System<'s>, lambda: f64, memory: &mut Memory) -> Option<Self> {
         let structure = system.structure;
+        let mut hessian = std::mem::take(&mut memory.reduced);
+        hessian.clone_from(&system.hessian);
         let mut reduced = Self {
             structure,
-            hessian: system.hessian.clone(),
+            hessian,
             gradient: system.gradient.clone(),
             eliminated: Vec::with_capacity(system.locals.len()),
         };
@@ -100,18 +100,24 @@ impl<'s> Reduced<'s> {
         Some(())
     }
 
-    /// The sparse Cholesky factor, or `None` where the system is not positive definite. Of an empty system
-    /// there is none to ask for.
-    pub fn factorize(&self) -> Option<Llt<usize, f64>> {
-        factorize(self.structure, &self.hessian)
+    /// The sparse Cholesky factor, or `None` where the system is not positive definite, or empty.
+    pub fn factorize(&self, memory: &mut Memory) -> Option<Cholesky<'s>> {
+        Cholesky::new(self.structure, &self.hessian, memory)
+    }
+
+    /// Gives its memory back.
+    pub(super) fn recycle(self, memory: &mut Memory) {
+        memory.reduced = self.hessian;
     }
 
     /// The step of the kept variables by column, and of each latent.
-    pub(super) fn solve(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    pub(super) fn solve(&self, memory: &mut Memory) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
         let columns = self.structure.columns;
         let mut kept = Mat::from_fn(columns, 1, |i, _| -self.gradient[i]);
         if columns > 0 {
-            self.factorize()?.solve_in_place(kept.as_mut());
+            let factor = self.factorize(memory)?;
+            factor.solve_in_place(kept.as_mut());
+            factor.recycle(memory);
         }
         let locals = self
             .structure
@@ -133,10 +139,4 @@ impl<'s> Reduced<'s> {
             .collect();
         Some(((0..columns).map(|i| kept[(i, 0)]).collect(), locals))
     }
-}
-
-/// The Cholesky factor of a lower triangle with the structure's pattern.
-pub(super) fn factorize(structure: &Structure, lower: &[f64]) -> Option<Llt<usize, f64>> {
-    let matrix = SparseColMatRef::new(structure.pattern(), lower);
-    Llt::try_new_with_symbolic(structure.symbolic.clone()?, matrix, Side::Lower).ok()
 }

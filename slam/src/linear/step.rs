@@ -1,5 +1,6 @@
 //! The damped step.
 
+use super::cholesky::Memory;
 use super::reduced::Reduced;
 use super::structure::Structure;
 use super::system::{System, local_damping_scale};
@@ -15,8 +16,11 @@ pub struct Step {
 
 impl System<'_> {
     /// The step of `(H + lambda D) delta = -g`, or `None` where that is not positive definite.
-    pub fn step(&self, lambda: f64) -> Option<Step> {
-        let (kept, locals) = Reduced::new(self, lambda)?.solve()?;
+    pub fn step(&self, lambda: f64, memory: &mut Memory) -> Option<Step> {
+        let reduced = Reduced::new(self, lambda, memory)?;
+        let solved = reduced.solve(memory);
+        reduced.recycle(memory);
+        let (kept, locals) = solved?;
         let mut model = 0.0;
         for (column, delta) in kept.iter().enumerate() {
             model += delta * (lambda * self.scale(column) * delta - self.gradient[column]);

@@ -4,7 +4,7 @@ use crate::graph::Graph;
 use crate::variable::{Key, Values};
 use faer::Side;
 use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::solvers::SymbolicLlt;
+use faer::sparse::linalg::cholesky::{SymbolicCholesky, factorize_symbolic_cholesky};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -48,7 +48,7 @@ pub struct Structure {
     /// For a block (row block, column block) below the diagonal: rows before it in each of its columns, not
     /// counting the diagonal block's.
     pub(super) block_offsets: BTreeMap<(usize, usize), usize>,
-    pub(super) symbolic: Option<SymbolicLlt<usize>>,
+    pub(super) symbolic: Option<SymbolicCholesky<usize>>,
 }
 
 impl Structure {
@@ -79,7 +79,9 @@ impl Structure {
         let below = structure.adjacency(graph);
         structure.fill_pattern(&below);
         if structure.columns > 0 {
-            structure.symbolic = Some(SymbolicLlt::try_new(structure.pattern(), Side::Lower).ok()?);
+            let (order, fill) = (Default::default(), Default::default());
+            let symbolic = factorize_symbolic_cholesky(structure.pattern(), Side::Lower, order, fill).ok()?;
+            structure.symbolic = Some(symbolic);
         }
         Some(structure)
     }

@@ -1,6 +1,7 @@
 //! The posterior after every step, as a robot has it: what is observed enters once, and is kept as a factor.
 
 mod map;
+mod orienting;
 mod step;
 
 pub use map::Reading;
@@ -9,12 +10,16 @@ pub use step::StepObservations;
 use crate::estimate::Dropped;
 use crate::incremental::{Smoother, Update};
 use crate::input::{EstimateError, check_observations};
+use crate::orientation::Budget;
 use crate::problem::Problem;
 use crate::settings::{GeometrySettings, OdometrySettings};
 use crate::variable::Key;
 use map::Map;
 use nalgebra::Matrix6;
 use vantage_dataset::{Camera, Observations, Pose};
+
+/// What a step may spend on looking for orientations, in crops that are encoded: 0.1 ms each for the shipped models.
+const CROPS_A_STEP: f64 = 300.0;
 
 /// The posterior of the steps so far.
 pub struct Online<'m> {
@@ -74,7 +79,7 @@ impl<'m> Online<'m> {
             for sighting in landmarks {
                 self.map.see_landmark(&problem, sighting);
             }
-            self.map.orient_next(&problem)?;
+            self.map.orient(&problem, Budget::new(CROPS_A_STEP))?;
         }
         self.map.smoother.update().map_err(|_| EstimateError::Indefinite { step })
     }
@@ -84,7 +89,7 @@ impl<'m> Online<'m> {
     pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, EstimateError> {
         if let Some(geometry) = &self.geometry {
             let problem = Problem { observations: &self.observations, settings: geometry };
-            while self.map.orient_next(&problem)? {}
+            while self.map.orient(&problem, Budget::new(f64::INFINITY))? {}
         }
         let step = self.steps().saturating_sub(1);
         self.map.smoother.settle(relinearization, rounds).map_err(|_| EstimateError::Indefinite { step })

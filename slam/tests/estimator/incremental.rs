@@ -178,6 +178,17 @@ fn passing_two_objects(model: &TanhModel) -> (Graph<'_>, Values) {
     (graph, values)
 }
 
+/// Every variable moved by numbers of a standard deviation.
+fn away_from(values: &Values, deviation: f64, seed: Seed) -> Values {
+    let mut stream = seed.stream("away", 0);
+    let mut moved = values.clone();
+    for (key, value) in values.iter() {
+        let step: Vec<f64> = (0..value.dim()).map(|_| deviation * stream.normal()).collect();
+        moved.retract(key, &step);
+    }
+    moved
+}
+
 #[test]
 fn latents_settle_at_the_maximum_and_the_marginals_of_the_whole_problem() {
     let model = TanhModel::new([5, 12, 24], SIGMA, 30.0, Seed(12));
@@ -189,13 +200,7 @@ fn latents_settle_at_the_maximum_and_the_marginals_of_the_whole_problem() {
     let system = structure.linearize(&graph, &whole.values).unwrap();
     let marginals = Marginals::new(&system).unwrap();
 
-    // A step of the tree has no damping, so it starts near the maximum, and goes to the one there.
-    let mut stream = Seed(13).stream("near the maximum", 0);
-    let mut first = whole.values.clone();
-    for (key, value) in whole.values.iter() {
-        let step: Vec<f64> = (0..value.dim()).map(|_| 1e-3 * stream.normal()).collect();
-        first.retract(key, &step);
-    }
+    let first = away_from(&whole.values, 1e-3, Seed(13));
     let mut smoother = Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, rounds: 3 });
     assert_eq!(smoother.add(passing_two_objects(&model).0, &first), 0);
     smoother.update().unwrap();
@@ -220,5 +225,29 @@ fn latents_settle_at_the_maximum_and_the_marginals_of_the_whole_problem() {
         for (got, expected) in variance.iter().zip(expected.iter()) {
             assert!((got / expected - 1.0).abs() < 1e-5, "{key}: variance {got}, expected {expected}");
         }
+    }
+}
+
+/// From each of these starts batch Levenberg-Marquardt converges. Whole steps settle from no more than three quarters of them.
+#[test]
+fn far_from_the_maximum_steps_are_damped_and_settle() {
+    let model = TanhModel::new([5, 12, 24], SIGMA, 30.0, Seed(12));
+    let (graph, truth) = passing_two_objects(&model);
+    let limits = Limits { iterations: 500, tolerance: 1e-13 };
+    for seed in 0..20 {
+        let first = away_from(&truth, 0.1, Seed(seed));
+        assert_eq!(
+            solve(&graph, first.clone(), |_| true, limits).outcome,
+            Outcome::Converged,
+            "start {seed}"
+        );
+        let thresholds = Thresholds { relinearization: 0.002, propagation: 2e-5, rounds: 3 };
+        let mut smoother = Smoother::new(thresholds);
+        assert_eq!(smoother.add(passing_two_objects(&model).0, &first), 0);
+        smoother.update().unwrap();
+        assert!(smoother.settle(1e-4, 400).unwrap(), "start {seed}");
+        let cost = graph.cost(smoother.values()).unwrap();
+        let least = solve(&graph, smoother.values().clone(), |_| true, limits).cost;
+        assert!(cost - least < 0.01, "start {seed}: {cost} nats, and {least} at the maximum there");
     }
 }

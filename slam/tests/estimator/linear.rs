@@ -13,7 +13,7 @@ use vantage_slam::factor::{
     StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::graph::Graph;
-use vantage_slam::linear::{Structure, least_constrained};
+use vantage_slam::linear::{Memory, Structure, least_constrained};
 use vantage_slam::noise::Kernel;
 use vantage_slam::odometry_bias::OdometryBias;
 use vantage_slam::variable::{Value, Values};
@@ -113,7 +113,7 @@ fn a_step_solves_the_dense_normal_equations() {
         let damped = &hessian + DMatrix::from_diagonal(&damping);
         let expected = -damped.cholesky().unwrap().solve(&gradient);
         let predicted = -(gradient.dot(&expected) + expected.dot(&(&hessian * &expected)) / 2.0);
-        let step = system.step(lambda).unwrap();
+        let step = system.step(lambda, &mut Memory::default()).unwrap();
         assert!((step.predicted_decrease - predicted).abs() < 1e-8 * predicted, "lambda {lambda}");
         let moved = structure.retract(&values, &step);
         for (key, value) in values.iter() {
@@ -134,7 +134,7 @@ fn held_variables_do_not_move() {
     let model = TanhModel::new([5, 4, 8], 0.2, 3.0, Seed(12));
     let (graph, values) = small_graph(&model);
     let structure = Structure::new(&graph, &values, |key| key == Key::Object(1)).unwrap();
-    let step = structure.linearize(&graph, &values).unwrap().step(0.0).unwrap();
+    let step = structure.linearize(&graph, &values).unwrap().step(0.0, &mut Memory::default()).unwrap();
     let moved = structure.retract(&values, &step);
     for (key, value) in values.iter() {
         assert_eq!(moved.get(key) == Some(value), key != Key::Object(1), "{key}");
@@ -149,7 +149,7 @@ fn marginals_are_blocks_of_the_dense_inverse() {
     let inverse = hessian.cholesky().unwrap().inverse();
     let structure = Structure::new(&graph, &values, |_| true).unwrap();
     let system = structure.linearize(&graph, &values).unwrap();
-    assert_eq!(least_constrained(&system), None);
+    assert_eq!(least_constrained(&system, &mut Memory::default()), None);
     let marginals = Marginals::new(&system).unwrap();
     let keys = [Key::Robot(3), Key::Object(0), Key::Latent(0), Key::Robot(1)];
     for (key, block) in keys.iter().zip(marginals.covariances(&keys)) {
@@ -187,7 +187,7 @@ fn a_flat_direction_is_named() {
     graph.push(seen(0));
     let near = |graph: &Graph<'_>| {
         let structure = Structure::new(graph, &values, |_| true).unwrap();
-        least_constrained(&structure.linearize(graph, &values).unwrap())
+        least_constrained(&structure.linearize(graph, &values).unwrap(), &mut Memory::default())
     };
     assert_eq!(near(&graph), Some(Key::Object(7)));
     graph.push(seen(2));

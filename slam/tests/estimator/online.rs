@@ -2,8 +2,10 @@
 
 use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
-use nalgebra::Matrix6;
-use vantage_dataset::{Observations, Seed};
+use nalgebra::{DVector, Matrix6};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use vantage_dataset::{Crop, Observations, Seed, Viewpoint};
+use vantage_model::{AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel};
 use vantage_slam::{
     Estimate, EstimateError, Estimator, Geometric, OdometryOnly, Online, Semantic, StepObservations,
 };
@@ -79,6 +81,63 @@ fn crops_end_near_the_maximum_of_the_whole_episode() {
         println!("seed {seed}: {apart} deviations, variance {spread}; {from_bearings}");
         assert!(apart < 2.0 && spread < 0.1, "seed {seed}: {apart} deviations, variance {spread}");
     }
+}
+
+/// A model that counts the crops that it encodes.
+struct Counting {
+    of: TanhModel,
+    encoded: AtomicUsize,
+}
+
+impl ObservationModel for Counting {
+    fn latent_dim(&self) -> usize {
+        self.of.latent_dim()
+    }
+
+    fn measurement_dim(&self) -> usize {
+        self.of.measurement_dim()
+    }
+
+    fn measure(&self, crop: &Crop) -> Result<DVector<f64>, AnswerError> {
+        self.of.measure(crop)
+    }
+
+    fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
+        self.encoded.fetch_add(1, Ordering::Relaxed);
+        self.of.encode(crop, viewpoint)
+    }
+
+    fn predict(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+        self.of.predict(latent, viewpoint)
+    }
+
+    fn linearize(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<Linearization, AnswerError> {
+        self.of.linearize(latent, viewpoint)
+    }
+
+    fn noise(&self) -> &MeasurementNoise {
+        self.of.noise()
+    }
+}
+
+#[test]
+fn a_step_does_no_more_than_a_piece_of_a_search() {
+    let spec = WorldSpec::sparse_loop();
+    let model = Counting { of: model(), encoded: AtomicUsize::new(0) };
+    let world = World::new(&spec, Some(&model.of), Seed(4));
+    let settings = matching_settings(&spec);
+    let estimator = Semantic::new(&settings, &model);
+    let mut online = online(&estimator, &world.observations);
+    let (mut most, mut all) = (0, 0);
+    for step in StepObservations::of(&world.observations) {
+        online.advance(step).unwrap();
+        let encoded = model.encoded.swap(0, Ordering::Relaxed);
+        (most, all) = (most.max(encoded), all + encoded);
+    }
+    // A grid of 48 yaws with 16 views is 768 crops; the last one of a piece and new views come on top of 300.
+    println!("at most {most} crops a step, {all} in all");
+    assert!(most <= 320, "{most} crops");
+    assert!(all > 3 * 768, "{all} crops");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The elimination of what changed: objects in leaves, and the others above what is left below.
 
-use super::{Indefinite, Node, Object, Place, Tree};
+use super::{Indefinite, Node, Object, Place, Tree, Variable};
 use crate::incremental::front::Front;
 use crate::incremental::object::ObjectEquations;
 use crate::incremental::order::Meetings;
@@ -172,6 +172,14 @@ impl Tree {
         separator: Vec<usize>,
         mut front: Front,
     ) -> Result<usize, Indefinite> {
+        let mut first = 0;
+        for &variable in &eliminated {
+            let Variable { dim, damping, .. } = self.variables[variable];
+            if damping > 0.0 {
+                front.hold(first, self.solution(variable), damping);
+            }
+            first += dim;
+        }
         let mut damping = LEAST_DAMPING;
         let done = loop {
             if let Some(done) = front.eliminate() {

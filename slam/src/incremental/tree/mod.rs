@@ -10,6 +10,7 @@ use super::object::ObjectEquations;
 use super::term::Term;
 use faer::Mat;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Which variables are eliminated together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,15 @@ pub enum Place {
     Chain,
     /// After all others: what many terms share.
     Shared,
+}
+
+/// What a solution changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Solved {
+    /// The variables that were solved for, and how far each moved.
+    pub moved: Vec<(usize, f64)>,
+    /// By how much the least-squares cost, with that of moving what is damped, fell.
+    pub decrease: f64,
 }
 
 /// The equations are not positive definite near a variable.
@@ -38,6 +48,15 @@ struct Variable {
     /// Where it is eliminated.
     node: Option<usize>,
     terms: BTreeSet<usize>,
+    /// What is added to its diagonal, as a share.
+    damping: f64,
+}
+
+impl Variable {
+    /// Where it is in the solution.
+    fn span(&self) -> Range<usize> {
+        self.start..self.start + self.dim
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -47,7 +66,7 @@ struct Node {
     front: Eliminated,
     parent: Option<usize>,
     children: BTreeSet<usize>,
-    /// The separator's numbers that the eliminated ones were solved for; none yet where empty and the separator is not.
+    /// The separator's numbers that the eliminated ones were solved for; none where they were not.
     solved_for: Option<Vec<f64>>,
 }
 
@@ -72,6 +91,8 @@ pub struct Tree {
     /// Variables whose terms changed.
     touched: BTreeSet<usize>,
     solution: Vec<f64>,
+    /// The solution before it was last solved for.
+    before: Vec<f64>,
     /// What the next front is assembled in.
     memory: Vec<f64>,
 }
@@ -82,7 +103,7 @@ impl Tree {
         let variable = self.variables.len();
         let start = self.solution.len();
         self.solution.extend(std::iter::repeat_n(0.0, dim));
-        self.variables.push(Variable { dim, start, place, node: None, terms: BTreeSet::new() });
+        self.variables.push(Variable { dim, start, place, node: None, terms: BTreeSet::new(), damping: 0.0 });
         self.touch(variable);
         if let Place::Object(object) = place {
             let object = self.objects.entry(object).or_default();
@@ -159,14 +180,13 @@ impl Tree {
 
     /// The numbers of a variable.
     pub fn solution(&self, variable: usize) -> &[f64] {
-        let Variable { dim, start, .. } = self.variables[variable];
-        &self.solution[start..start + dim]
+        &self.solution[self.variables[variable].span()]
     }
 
     /// Sets the numbers of a variable; its terms are to be replaced.
     pub fn set_solution(&mut self, variable: usize, numbers: &[f64]) {
-        let Variable { dim, start, .. } = self.variables[variable];
-        self.solution[start..start + dim].copy_from_slice(numbers);
+        let span = self.variables[variable].span();
+        self.solution[span].copy_from_slice(numbers);
     }
 
     fn object_of(&self, term: &Term) -> Option<usize> {
@@ -210,45 +230,67 @@ impl Tree {
     }
 
     /// Whether a variable was not removed with its object.
-    fn is_alive(&self, variable: usize) -> bool {
+    pub fn is_alive(&self, variable: usize) -> bool {
         match self.variables[variable].place {
             Place::Object(object) => self.objects.contains_key(&object),
             _ => true,
         }
     }
 
-    /// Solves for all variables that depend on what changed by more than `tolerance`; returns those solved for, and how far each moved.
-    pub fn solve(&mut self, tolerance: f64) -> Vec<(usize, f64)> {
-        let mut moved = Vec::new();
+    /// Solves for all variables that depend on what changed by more than `tolerance`.
+    pub fn solve(&mut self, tolerance: f64) -> Solved {
+        self.before.clone_from(&self.solution);
+        let mut solved = Solved::default();
         let mut waiting: Vec<usize> =
             self.nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(index, _)| *index).collect();
         while let Some(index) = waiting.pop() {
             let Some(node) = self.nodes.get_mut(&index) else { continue };
-            let mut given = Vec::with_capacity(node.front.separator());
-            for &variable in &node.separator {
-                let Variable { start, dim, .. } = self.variables[variable];
-                given.extend_from_slice(&self.solution[start..start + dim]);
-            }
+            let spans = |of: &[usize]| -> Vec<Range<usize>> {
+                of.iter().map(|&variable| self.variables[variable].span()).collect()
+            };
+            let (own, others) = (spans(&node.eliminated), spans(&node.separator));
+            let given = gathered(&self.solution, &others);
             let is_same = node.solved_for.as_ref().is_some_and(|before| {
                 before.iter().zip(&given).all(|(before, now)| (before - now).abs() <= tolerance)
             });
             if is_same {
                 continue;
             }
-            let solved = node.front.solve(&given);
+            if node.solved_for.is_none() {
+                let (own, others) = (gathered(&self.before, &own), gathered(&self.before, &others));
+                solved.decrease += node.front.excess(&own, &others);
+            }
+            let numbers = node.front.solve(&given);
             node.solved_for = Some(given);
-            let mut first = 0;
-            for &variable in &node.eliminated {
-                let Variable { start, dim, .. } = self.variables[variable];
-                let (before, now) = (&mut self.solution[start..start + dim], &solved[first..first + dim]);
+            let mut rest = numbers.as_slice();
+            for (&variable, span) in node.eliminated.iter().zip(own) {
+                let (now, others) = rest.split_at(span.len());
+                rest = others;
+                let before = &mut self.solution[span];
                 let distance: f64 = before.iter().zip(now).map(|(before, now)| (now - before).powi(2)).sum();
                 before.copy_from_slice(now);
-                first += dim;
-                moved.push((variable, distance.sqrt()));
+                solved.moved.push((variable, distance.sqrt()));
             }
             waiting.extend(&node.children);
         }
-        moved
+        solved
+    }
+
+    /// Takes variables that were solved for back to where they were before; they are solved for again the next time.
+    pub fn take_back(&mut self, moved: &[(usize, f64)]) {
+        for &(variable, _) in moved {
+            let span = self.variables[variable].span();
+            self.solution[span.clone()].copy_from_slice(&self.before[span]);
+            if let Some(node) = self.variables[variable].node.and_then(|node| self.nodes.get_mut(&node)) {
+                node.solved_for = None;
+            }
+        }
+    }
+
+    /// Has a variable move less than its equations ask for: `damping` is what is added to their diagonal, as a share.
+    pub fn damp(&mut self, variable: usize, damping: f64) {
+        self.variables[variable].damping = damping;
+        self.touch(variable);
     }
 
     /// The covariance of a variable, `[dim x dim]`: down the path from the root.
@@ -278,4 +320,8 @@ impl Tree {
         let (start, dim) = (known[&variable], self.variables[variable].dim);
         Some(joint.submatrix(start, start, dim, dim).to_owned())
     }
+}
+
+fn gathered(numbers: &[f64], spans: &[Range<usize>]) -> Vec<f64> {
+    spans.iter().flat_map(|span| &numbers[span.clone()]).copied().collect()
 }

@@ -1,0 +1,67 @@
+//! Sparse Cholesky factors, in memory that is kept from one to the next: fresh pages cost a third of a factorisation.
+
+use super::structure::Structure;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::SparseColMatRef;
+use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky};
+use faer::{Conj, MatMut, Par, Side};
+
+/// What factorisations of one structure work in, one after the other.
+#[derive(Default)]
+pub struct Memory {
+    /// Of the next factor.
+    numbers: Vec<f64>,
+    scratch: Option<MemBuffer>,
+    /// Of the next reduced system.
+    pub(super) reduced: Vec<f64>,
+}
+
+/// The Cholesky factor of a lower triangle with the structure's pattern.
+pub struct Cholesky<'s> {
+    symbolic: &'s SymbolicCholesky<usize>,
+    numbers: Vec<f64>,
+}
+
+impl<'s> Cholesky<'s> {
+    /// Factorises; `None` where the matrix is not positive definite, or empty.
+    pub fn new(structure: &'s Structure, lower: &[f64], memory: &mut Memory) -> Option<Self> {
+        let symbolic = structure.symbolic.as_ref()?;
+        let mut numbers = std::mem::take(&mut memory.numbers);
+        numbers.resize(symbolic.len_val(), 0.0);
+        if memory.scratch.is_none() {
+            let needed = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+            memory.scratch = Some(MemBuffer::try_new(needed).ok()?);
+        }
+        let done = symbolic.factorize_numeric_llt(
+            &mut numbers,
+            SparseColMatRef::new(structure.pattern(), lower),
+            Side::Lower,
+            Default::default(),
+            Par::Seq,
+            MemStack::new(memory.scratch.as_mut()?),
+            Default::default(),
+        );
+        if done.is_err() {
+            memory.numbers = numbers;
+            return None;
+        }
+        Some(Self { symbolic, numbers })
+    }
+
+    /// Puts the solutions in the place of right-hand sides.
+    pub fn solve_in_place(&self, right: MatMut<'_, f64>) {
+        let needed = self.symbolic.solve_in_place_scratch::<f64>(right.ncols(), Par::Seq);
+        let mut scratch = MemBuffer::new(needed);
+        LltRef::new(self.symbolic, &self.numbers).solve_in_place_with_conj(
+            Conj::No,
+            right,
+            Par::Seq,
+            MemStack::new(&mut scratch),
+        );
+    }
+
+    /// Gives its memory back.
+    pub fn recycle(self, memory: &mut Memory) {
+        memory.numbers = self.numbers;
+    }
+}
