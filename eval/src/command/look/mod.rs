@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
-use vantage_dataset::{Camera, Pose, Seed, Split, View};
+use vantage_dataset::{Camera, DetectionTruth, Pose, Seed, Split, View};
 use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Catalog;
 use vantage_sim::observer::{Look, Observer};
@@ -131,9 +131,8 @@ fn pictures(
     };
     let mut panels = vec![(caption.to_owned(), world)];
     let mut observer = Observer::new(scene, rollout);
-    let objects = observer.targets().len();
-    let of_objects =
-        |look: &Look| look.detections.iter().filter(|(detection, _)| detection.track < objects).count();
+    let is_something = |truth: &DetectionTruth| truth.visible_fraction > 0.0;
+    let of_objects = |look: &Look| look.detections.iter().filter(|(_, truth)| is_something(truth)).count();
     let fullness = |look: &Look| (of_objects(look), look.detections.len());
     for third in 0..FRAMES {
         let mut step = candidate(third, 0, rollout.steps());
@@ -152,8 +151,8 @@ fn pictures(
             caption += &format!("; of nothing, cyan: {nothing}");
         }
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
-        for (detection, _) in &look.detections {
-            let hue = if detection.track < objects { BOX } else { BOX_OF_NOTHING };
+        for (detection, truth) in &look.detections {
+            let hue = if is_something(truth) { BOX } else { BOX_OF_NOTHING };
             panel.outline(&detection.bounding_box, hue);
         }
         panels.push((caption, panel));
