@@ -10,6 +10,7 @@ mod loops;
 mod paths;
 mod relit;
 mod revisit;
+mod ring;
 mod scene;
 mod scene_file;
 mod sensors;

@@ -7,11 +7,12 @@ use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
 use vantage_sim::scene::{
-    Direction, HandheldSpec, PathSpec, PieceSpec, RandomLoopSpec, RevisitSpec, SurfaceSpec, WorldSpec,
+    Direction, HandheldSpec, InsideAndOutsideSpec, PathSpec, PieceSpec, RandomLoopSpec, RevisitSpec,
+    SurfaceSpec, WorldSpec,
 };
 use vantage_sim::views::training_views;
 
-const SHARING: [&str; 6] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "revisit"];
+const SHARING: [&str; 7] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "revisit", "ring"];
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
@@ -123,7 +124,7 @@ fn paths_and_their_parameters_are_checked_together() {
 }
 
 #[test]
-fn loops_fit_the_room_and_what_stands_in_it() {
+fn loops_and_rings_fit_the_room_and_what_stands_in_it() {
     let looping = |change: &dyn Fn(&mut RandomLoopSpec)| {
         let mut spec = shipped("tabletop");
         let direction = Direction::CounterClockwise;
@@ -140,6 +141,20 @@ fn loops_fit_the_room_and_what_stands_in_it() {
     let path = RandomLoopSpec { radius: 3.0, amplitude: 0.2, direction: Direction::Either, clearance: 0.1 };
     pedestals.robot.path = PathSpec::RandomLoop(path);
     assert!(refusal(pedestals).contains("the same for every seed; choose another path"));
+
+    let ring = |change: &dyn Fn(&mut SceneSpec, &mut InsideAndOutsideSpec)| {
+        let mut spec = shipped("ring");
+        let mut path = InsideAndOutsideSpec { inner_radius: 1.6, outer_radius: 4.8, clearance: 0.2 };
+        change(&mut spec, &mut path);
+        spec.robot.path = PathSpec::InsideAndOutside(path);
+        refusal(spec)
+    };
+    assert!(ring(&|_, path| path.inner_radius = 4.0).contains("expected at least 5.20: 1.2 m more"));
+    assert!(ring(&|_, path| path.outer_radius = 7.4).contains("needs a room of at least 15.60"));
+    assert!(ring(&|_, path| path.inner_radius = 2.7).contains("bump into world.surface"));
+    assert!(ring(&|spec, _| spec.robot.laps = 2.0).contains("expected at most 1"));
+    assert!(ring(&|spec, _| spec.world.objects = 19).contains("wide enough to cross"));
+    assert!(ring(&|spec, _| spec.robot.reverse_after = Some(0.5)).contains("leave `reverse_after` out"));
 }
 
 #[test]
