@@ -1,6 +1,7 @@
 //! `bench look SCENE`: a scene at a glance.
 
 pub mod error;
+mod symmetries;
 
 use super::placed;
 use crate::command::cli::LookArgs;
@@ -44,7 +45,8 @@ const MARGIN: u32 = 4;
 const FROM_ABOVE_FOV: f64 = 0.3;
 
 /// Writes the sheet of the scene's first seed: the world from above with the robot's path, three images with the boxes of
-/// their detections, and crops of ten instances, each column ordered by azimuth. With `--rerun` also the whole episode.
+/// their detections, and crops of ten instances, each column ordered by azimuth. With `--rerun` also the whole episode. Prints
+/// the symmetries of the scene's meshes.
 pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let file: SceneFile = scene_file::read(&args.scene)?;
     let scene = file.checked(&args.scene, &Progress::detect())?;
@@ -96,6 +98,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let name = path.file_name().map(Path::new).unwrap_or(Path::new("look.png"));
     out.write(name, &sheet.png()?)?;
     writeln!(stdout, "{}", path.display())?;
+    symmetries::print(scene.meshes(), renderer.as_mut(), stdout)?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &args.rerun {
         let _folder = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
