@@ -135,12 +135,21 @@ impl BoundingBox {
 pub struct Truth {
     /// The robot's pose at each step.
     pub world_from_robot: Vec<Pose>,
-    /// The objects; a detection's track is its index here, and one beyond them is a detection of nothing.
+    /// The objects; a detection's track is its index here. One beyond them is a detection of nothing, as is one of which nothing is
+    /// visible: see [`Truth::shown`].
     pub objects: Vec<ObjectTruth>,
     /// `L`, world frame, metres; a sighting's landmark is its index here.
     pub landmarks: Vec<Point3<f64>>,
     /// Of each detection, in the order of [`Observations::detections`].
     pub detections: Vec<DetectionTruth>,
+}
+
+impl Truth {
+    /// The object that a detection shows, given its number among the detections; none where it shows nothing, whatever its track.
+    pub fn shown(&self, number: usize, detection: &Detection) -> Option<&ObjectTruth> {
+        let is_something = self.detections.get(number).is_none_or(|truth| truth.visible_fraction > 0.0);
+        self.objects.get(detection.track).filter(|_| is_something)
+    }
 }
 
 /// Ground truth of one object.

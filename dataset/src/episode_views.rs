@@ -21,7 +21,8 @@ pub fn episode_views(episode: &Episode, split: Split, takes: &dyn Fn(&ObjectTrut
         let instance = set.instances.len();
         let before = set.views.len();
         let detections = observations.detections.iter().zip(&truth.detections);
-        for (detection, known) in detections.filter(|(detection, _)| detection.track == track) {
+        let of_track = detections.filter(|(detection, _)| detection.track == track);
+        for (detection, known) in of_track.filter(|(_, known)| known.visible_fraction > 0.0) {
             let world_from_camera = truth.world_from_robot[detection.step] * observations.robot_from_camera;
             let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
             let Some(viewpoint) = Viewpoint::new(&object_from_camera, object.size) else { continue };

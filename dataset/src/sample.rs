@@ -46,8 +46,9 @@ impl Episode {
     /// The detections of objects with their labels, in order; those of nothing are left out.
     pub fn samples(&self, split: Split) -> impl Iterator<Item = Sample> + '_ {
         let (observed, truth) = (&self.observations, &self.truth);
-        observed.detections.iter().zip(&truth.detections).filter_map(move |(detection, seen)| {
-            let object = truth.objects.get(detection.track)?;
+        let detections = observed.detections.iter().zip(&truth.detections).enumerate();
+        detections.filter_map(move |(number, (detection, seen))| {
+            let object = truth.shown(number, detection)?;
             let world_from_camera = truth.world_from_robot[detection.step] * observed.robot_from_camera;
             let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
             Some(Sample {

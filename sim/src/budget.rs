@@ -2,7 +2,8 @@
 
 use crate::checked::{CheckedScene, ViewConditions};
 use crate::error::SimError;
-use crate::plan::track::Track;
+use crate::plan::track::{TURN, Track};
+use crate::plan::{inside_and_outside, random_loop};
 use crate::scene::{PathSpec, SensorSpec};
 use crate::texture::TEXTURE_SIDE;
 use vantage_dataset::crop::CROP_BYTES;
@@ -29,7 +30,8 @@ const VIEW_BYTES: u64 = CROP_BYTES as u64 + 100;
 /// Refuses an episode that would play too long, or not fit into memory with every object seen at every step.
 pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
     let robot = scene.robot();
-    let seconds = robot.laps * longest(&robot.path) / robot.speed;
+    let turn = if robot.reverse_after.is_some() { TURN } else { 0.0 };
+    let seconds = (robot.laps * longest(&robot.path) + turn) / robot.speed;
     if seconds > TIME_LIMIT {
         return Err(SimError::TooLong { seconds, limit: TIME_LIMIT });
     }
@@ -61,6 +63,8 @@ fn extras(sensors: &SensorSpec) -> u64 {
 fn longest(path: &PathSpec) -> f64 {
     match path {
         PathSpec::RandomWalk { legs, leg_length, .. } => f64::from(*legs) * leg_length.high(),
+        PathSpec::RandomLoop(spec) => random_loop::longest(spec),
+        PathSpec::InsideAndOutside(spec) => inside_and_outside::track(spec, true, 0.0).length(),
         PathSpec::Revisit(spec) => 2.0 * spec.pass + spec.detour,
         _ => Track::fixed(path).map_or(0.0, |track| track.length()),
     }

@@ -66,6 +66,26 @@ pub enum SimError {
          `clearance` smaller, or clear the room"
     )]
     NoWalk { legs: usize, longest: usize },
+    /// No loop was found that keeps clear of everything.
+    #[error(
+        "no random loop keeps {clearance} m clear of everything and turns no sharper than a circle of {sharpest} m; make \
+         `clearance` or `amplitude` smaller, change `radius`, or clear the room"
+    )]
+    NoLoop {
+        /// What was asked for, metres.
+        clearance: f64,
+        /// Least radius of a curve, metres.
+        sharpest: f64,
+    },
+    /// Nowhere is a ring wide enough to be crossed.
+    #[error(
+        "nowhere can the robot cross the ring and drive round it {clearance} m clear of everything; make `clearance` smaller, \
+         or leave a wider gap"
+    )]
+    NoCrossing {
+        /// What was asked for, metres.
+        clearance: f64,
+    },
     /// The way between two passes cannot be as short as it should be.
     #[error("a detour of {detour} m is too short to come round; expected at least {least:.2} m")]
     NoDetour {

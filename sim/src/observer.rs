@@ -20,7 +20,10 @@ pub struct Observer<'a> {
     light_at_start: Light,
     targets: Vec<Target>,
     landmarks: Vec<Point3<f64>>,
-    false_detections: usize,
+    /// Whether each object was detected before.
+    seen: Vec<bool>,
+    /// How many tracks of nothing there were.
+    false_tracks: usize,
 }
 
 /// One look.
@@ -29,7 +32,7 @@ pub struct Look {
     pub shot: Shot,
     /// The image as the camera gives it.
     pub frame: Frame,
-    /// Detections by track, those of nothing last.
+    /// Detections by track; those of nothing last, but for misassigned ones.
     pub detections: Vec<(Detection, DetectionTruth)>,
     /// Landmarks, in their order.
     pub landmarks: Vec<LandmarkSighting>,
@@ -48,10 +51,11 @@ impl<'a> Observer<'a> {
             rollout,
             sensors,
             light_at_start: drawn.light,
+            seen: vec![false; rollout.world.objects.len()],
             targets: rollout.targets(&drawn),
             scene: drawn,
             landmarks,
-            false_detections: 0,
+            false_tracks: 0,
         }
     }
 
@@ -72,7 +76,7 @@ impl<'a> Observer<'a> {
         Setting { scene, shot: self.rollout.shot(step) }
     }
 
-    /// Looks. Steps are to be looked at in order, since detections of nothing are counted through.
+    /// Looks. Steps are to be looked at in order, since detections of nothing are counted through, and those that are misassigned follow others.
     pub fn look(&mut self, step: usize, renderer: &mut dyn Renderer) -> Result<Look, SimError> {
         let seed: Seed = self.rollout.seed;
         let shot = self.rollout.shot(step);
@@ -89,11 +93,15 @@ impl<'a> Observer<'a> {
             detect(&self.sensors.detector, &self.targets, step, &shot, &frame, renderer, seed)?;
         if let Some(faults) = &self.sensors.detector.faults {
             let image = Labelled { width: frame.width as usize, rgb: &frame.rgb, ids: &frame.ids };
-            let first = self.targets.len() + self.false_detections;
-            let nothing = fault::false_detections(faults, &image, step, first, seed);
-            self.false_detections += nothing.len();
+            let first = self.targets.len() + self.false_tracks;
+            let mut nothing = fault::false_detections(faults, &image, step, first, seed);
+            let now = |track: &usize| detections.iter().any(|(detection, _)| detection.track == *track);
+            let lost = (0..self.seen.len()).filter(|track| self.seen[*track] && !now(track)).collect();
+            self.false_tracks += fault::misassign(faults, &mut nothing, lost, first, seed);
+            detections.iter().for_each(|(detection, _)| self.seen[detection.track] = true);
             let unseen = DetectionTruth { visible_fraction: 0.0 };
             detections.extend(nothing.into_iter().map(|detection| (detection, unseen)));
+            detections.sort_by_key(|(detection, _)| detection.track);
         }
         Ok(Look { shot, frame, detections, landmarks })
     }

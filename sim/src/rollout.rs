@@ -49,7 +49,7 @@ pub fn roll_out(
     let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, seed);
     Ok(Rollout {
         seed,
-        relit: relit(scene.world(), drive.world_from_robot.len(), seed),
+        relit: relit(scene.world(), &drive, seed),
         world,
         drive,
         odometry,
@@ -68,8 +68,12 @@ fn table_angles(path: &PathSpec) -> Vec<f64> {
         .collect()
 }
 
-fn relit(spec: &WorldSpec, steps: usize, seed: Seed) -> Option<(usize, Light)> {
-    let share_of_the_drive = spec.relit_at?;
+fn relit(spec: &WorldSpec, drive: &Drive, seed: Seed) -> Option<(usize, Light)> {
+    let (at, middle) = (spec.relit_at?, drive.middle);
+    // Each half of the drive counts as a half, however long it is.
+    let share_of_the_drive =
+        if at < 0.5 { 2.0 * at * middle } else { middle + 2.0 * (at - 0.5) * (1.0 - middle) };
+    let steps = drive.world_from_robot.len();
     let last = steps.saturating_sub(1) as f64;
     let first = (0..steps).find(|&step| step as f64 > share_of_the_drive * last)?;
     Some((first, lighting::draw(&spec.lighting, &mut seed.stream("light", 1))))

@@ -26,6 +26,23 @@ fn a_scene_becomes_one_picture() {
 }
 
 #[test]
+fn the_symmetries_of_meshes_are_measured() {
+    let meshes = "  meshes: [{ path: box.obj, metres_per_unit: 0.1, up: z }]\n  objects: 3";
+    let scene = SmallScene::new(&[("  objects: 3", meshes)]);
+    scene.write_box();
+    let mut look = scene.on(&["look"], "scene.yaml");
+    let found = Finished::of(look.arg("--out").arg(scene.path("look.png")));
+    found.expect(0, &[]);
+    let row = found.stdout.lines().find(|line| line.contains("box")).expect("a row of the mesh");
+    let cells: Vec<&str> = row.split(['│', '┆']).map(str::trim).filter(|cell| !cell.is_empty()).collect();
+    assert_eq!(cells[..3], ["box", "none", "cyclic: 4"], "{row}");
+    let plain = SmallScene::new(&[]);
+    let mut look = plain.on(&["look"], "scene.yaml");
+    let found = Finished::of(look.arg("--out").arg(plain.path("look.png")));
+    assert_eq!(found.stdout.lines().count(), 1, "without meshes there is no table: {}", found.stdout);
+}
+
+#[test]
 fn objects_that_find_no_room_are_told_with_their_line() {
     let scene = SmallScene::new(&[("objects: 3", "objects: 60")]);
     let text = std::fs::read_to_string(scene.path("scene.yaml")).unwrap();

@@ -22,9 +22,9 @@ impl AzimuthSensor {
         let world = truth.objects.first().map_or(0, |object| object.instance.0);
         let mut stream = Seed(world).stream("azimuth sensor", 0);
         let mut by_crop = HashMap::new();
-        for detection in &observations.detections {
+        for (number, detection) in observations.detections.iter().enumerate() {
             // What the detector sees where there is nothing has no azimuth.
-            let Some(object) = truth.objects.get(detection.track) else { continue };
+            let Some(object) = truth.shown(number, detection) else { continue };
             let world_from_camera = truth.world_from_robot[detection.step] * observations.robot_from_camera;
             let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
             if let Some(viewpoint) = Viewpoint::new(&object_from_camera, object.size) {

@@ -52,11 +52,11 @@ pub fn tables(
             Ok(episode) => {
                 let truth = read_truth(&episode.folder)?;
                 let observations = read_observations(&episode.folder)?;
-                let of_objects = |detection: &&Detection| detection.track < truth.objects.len();
+                let shown = |(number, detection): (usize, &Detection)| truth.shown(number, detection);
                 if !truth.landmarks.is_empty() && !columns.contains(&Metric::Landmark) {
                     columns.push(Metric::Landmark);
                 }
-                detections += observations.detections.iter().filter(of_objects).count();
+                detections += observations.detections.iter().enumerate().filter_map(shown).count();
                 for entry in entries {
                     runs.push(entered(entry, *seed, &observations.timestamps, &truth)?);
                 }

@@ -11,7 +11,7 @@ pub use view_conditions::ViewConditions;
 use crate::error::{Progress, Stage};
 use crate::mesh_file::MeshFileError;
 use crate::object::{Fixture, MeshLibrary};
-use crate::scene::{DetectorSpec, RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
+use crate::scene::{DetectorFaultsSpec, DetectorSpec, RobotSpec, SensorSpec, ViewsSpec, WorldSpec};
 use garde::Validate;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -109,14 +109,22 @@ impl CheckedScene {
 
     /// Everything that decides how training views look, and nothing else.
     pub fn view_conditions(&self) -> ViewConditions {
+        let detector = &self.spec.sensors.detector;
         ViewConditions {
             families: self.spec.world.families.clone(),
             meshes: self.meshes.clone(),
             spacing: self.spec.world.spacing,
             lighting: self.spec.world.lighting.clone(),
             camera: self.spec.sensors.camera.clone(),
-            // Views have no depth.
-            detector: DetectorSpec { depth_sigma: None, ..self.spec.sensors.detector.clone() },
+            // Views have no depth, and no tracks.
+            detector: DetectorSpec {
+                depth_sigma: None,
+                faults: detector
+                    .faults
+                    .clone()
+                    .map(|faults| DetectorFaultsSpec { misassigned: 0.0, ..faults }),
+                ..detector.clone()
+            },
             views: self.spec.views.clone(),
         }
     }

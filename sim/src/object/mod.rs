@@ -13,10 +13,12 @@ mod library;
 mod paint;
 mod solid;
 mod tint;
+mod turns;
 
 pub use catalog::{Catalog, Draw};
 pub use fixture::Fixture;
 pub use library::{MeshEntry, MeshLibrary};
+pub use turns::Turns;
 
 use crate::mesh::Mesh;
 use crate::model::Model;

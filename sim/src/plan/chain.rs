@@ -1,12 +1,13 @@
-//! Straight lines joined by arcs.
+//! Straight lines and arcs, one after another.
 
 use super::waypoint::Waypoint;
 use nalgebra::Vector2;
+use std::f64::consts::PI;
 
 /// Turns smaller than this need no arc, radians.
 const STRAIGHT: f64 = 1e-6;
 
-/// A polyline whose corners are rounded.
+/// Pieces of constant curvature without corners between: a polyline whose corners are rounded, for one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     pieces: Vec<Piece>,
@@ -65,6 +66,27 @@ impl Chain {
                 });
             }
         }
+        Self::of_pieces(pieces, closed)
+    }
+
+    /// An open chain of pieces, each by its curvature (1 / metres, positive to the left) and length (metres).
+    pub fn of_arcs(mut from: Waypoint, arcs: &[[f64; 2]]) -> Self {
+        let piece = |&[curvature, length]: &[f64; 2]| {
+            let piece = Piece { from, curvature, length };
+            from = piece.at(length);
+            piece
+        };
+        let pieces = arcs.iter().map(piece).collect();
+        Self::of_pieces(pieces, false)
+    }
+
+    /// Leads back to where it begins, the other way round: to the right, round a circle of this radius to the left, to the right.
+    pub fn turning_round(from: Waypoint, radius: f64) -> Self {
+        let arc = |side: f64, angle: f64| [side / radius, radius * angle];
+        Self::of_arcs(from, &[arc(-1.0, PI / 3.0), arc(1.0, 5.0 * PI / 3.0), arc(-1.0, PI / 3.0)])
+    }
+
+    fn of_pieces(pieces: Vec<Piece>, closed: bool) -> Self {
         let ends = pieces
             .iter()
             .scan(0.0, |sum, piece| {
@@ -73,6 +95,11 @@ impl Chain {
             })
             .collect();
         Self { pieces, ends, closed }
+    }
+
+    /// Radius of its sharpest arc, metres; infinite without arcs.
+    pub fn least_radius(&self) -> f64 {
+        self.pieces.iter().fold(f64::INFINITY, |least, piece| least.min(1.0 / piece.curvature.abs()))
     }
 
     /// Length, metres.
@@ -146,6 +173,21 @@ mod tests {
                     epsilon = 1e-3
                 );
             }
+        }
+    }
+
+    #[test]
+    fn turning_round_ends_where_it_began_and_keeps_near() {
+        let from = Waypoint { position: Vector2::new(2.0, 1.0), tangent: Vector2::new(0.6, 0.8) };
+        let turn = Chain::turning_round(from, 0.5);
+        let end = turn.waypoint(turn.length());
+        assert_relative_eq!(end.position, from.position, epsilon = 1e-9);
+        assert_relative_eq!(end.tangent, -from.tangent, epsilon = 1e-9);
+        assert_relative_eq!(turn.least_radius(), 0.5);
+        for i in 0..=100 {
+            let off = turn.waypoint(turn.length() * f64::from(i) / 100.0).position - from.position;
+            let (ahead, aside) = (off.dot(&from.tangent), from.tangent.perp(&off));
+            assert!(aside.abs() < 0.501 && (-0.001..1.367).contains(&ahead), "{ahead} {aside}");
         }
     }
 

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::stand::{Outline, Stand};
 use super::track::Track;
-use crate::scene::{PieceSpec, RobotSpec, Side, SurfaceSpec};
+use crate::scene::{PathSpec, PieceSpec, RobotSpec, Side, SurfaceSpec};
 use nalgebra::{Vector2, Vector3};
 
 /// Thickness of boards, sides and tops, metres.
@@ -48,8 +48,13 @@ impl SurfaceSpec {
                 one(*height, Outline::Rectangle { half_extents: [length / 2.0, width / 2.0] })
             }
             Self::Pedestals { radius, height, offset } => {
-                let Some(track) = Track::fixed(&robot.path) else { return Furnishing::default() };
-                let left = robot.camera.yaw_deg >= 0.0;
+                let beside_fixed = || Some((Track::fixed(&robot.path)?, robot.camera.yaw_deg >= 0.0));
+                let beside_which = match &robot.path {
+                    // Between the laps: on the left of the one outside.
+                    PathSpec::InsideAndOutside(spec) => Some((Track::circle(spec.outer_radius), true)),
+                    _ => beside_fixed(),
+                };
+                let Some((track, left)) = beside_which else { return Furnishing::default() };
                 let stands = (0..objects)
                     .map(|i| {
                         let share = (i as f64 + 0.5) / objects as f64;

@@ -34,6 +34,11 @@ impl Ground {
         obstacles.fold(walls, f64::min)
     }
 
+    /// The least clearance of some points, metres, and where it is.
+    pub fn narrowest(&self, points: impl Iterator<Item = Vector2<f64>>) -> Option<(f64, Vector2<f64>)> {
+        points.map(|point| (self.clearance(&point), point)).min_by(|(a, _), (b, _)| a.total_cmp(b))
+    }
+
     /// A point at least so far from everything; `None` where there seems to be none.
     pub fn draw_free(&self, margin: f64, stream: &mut Stream) -> Option<Vector2<f64>> {
         (0..TRIES).find_map(|_| {

@@ -8,6 +8,8 @@ pub mod chain;
 pub mod circuit;
 pub mod furnishing;
 pub mod ground;
+pub mod inside_and_outside;
+pub mod random_loop;
 pub mod revisit;
 pub mod stand;
 pub mod track;

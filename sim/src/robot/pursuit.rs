@@ -22,14 +22,14 @@ pub(super) fn pursue(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Drive, SimError> {
     let steps = spec.steps.unwrap_or(2);
-    let spacing = spec.laps * track.length() / f64::from(steps - 1);
+    let spacing = track.driven(spec.laps) / f64::from(steps - 1);
     let ticks = (spacing / spec.speed * f64::from(RATE)).round().max(1.0);
     let speed = spacing * f64::from(RATE) / ticks;
 
     let start = track.waypoint(0.0);
     let heading = libm::atan2(start.tangent.y, start.tangent.x);
     let mut pursuit = Pursuit { track, body: physics.add_robot(&start.position, heading), travelled: 0.0 };
-    let mut drive = Drive { timestamps: Vec::new(), world_from_robot: Vec::new() };
+    let mut drive = Drive { timestamps: Vec::new(), world_from_robot: Vec::new(), middle: track.middle() };
     for step in 0..steps {
         if step > 0 {
             for _ in 0..ticks as u64 {

@@ -5,8 +5,10 @@
 
 pub mod family;
 pub mod furniture;
+pub mod inside_and_outside;
 pub mod meshes;
 pub mod path;
+pub mod random_loop;
 pub mod revisit;
 pub mod robot;
 pub mod rule;
@@ -16,8 +18,10 @@ pub mod world;
 
 pub use family::Family;
 pub use furniture::{PieceSpec, Side};
+pub use inside_and_outside::InsideAndOutsideSpec;
 pub use meshes::{FixtureSpec, MeshSpec, SymmetrySpec, UpAxis};
 pub use path::PathSpec;
+pub use random_loop::{Direction, RandomLoopSpec};
 pub use revisit::RevisitSpec;
 pub use robot::{HandheldSpec, MountSpec, RobotSpec, StartSpec};
 pub use sensors::{

@@ -1,5 +1,7 @@
 //! `robot.path`: where the robot goes, or where images are taken.
 
+use crate::scene::inside_and_outside::InsideAndOutsideSpec;
+use crate::scene::random_loop::RandomLoopSpec;
 use crate::scene::revisit::RevisitSpec;
 use crate::scene::rule::{Interval, interval_within};
 use garde::Validate;
@@ -66,6 +68,10 @@ pub enum PathSpec {
         #[garde(range(min = 0.0, max = 5.0), custom(not_nan))]
         clearance: f64,
     },
+    /// Round the middle of the room on a smooth closed loop; another loop for each seed.
+    RandomLoop(#[garde(dive)] RandomLoopSpec),
+    /// Round what stands in a ring twice, outside and inside, so that it is seen from both sides; another crossing for each seed.
+    InsideAndOutside(#[garde(dive)] InsideAndOutsideSpec),
     /// Past one place twice, from two sides, with a long way between where it is out of sight; another way for each seed.
     Revisit(#[garde(dive)] RevisitSpec),
     /// BigBIRD's protocol: the camera at each elevation takes an image at each angle of a table that turns once. Expects
@@ -99,7 +105,7 @@ impl PathSpec {
     /// Whether it ends where it begins.
     pub fn is_closed(&self) -> bool {
         match self {
-            Self::Circle { .. } | Self::RoundedRectangle { .. } => true,
+            Self::Circle { .. } | Self::RoundedRectangle { .. } | Self::RandomLoop(_) => true,
             Self::Waypoints { closed, .. } => *closed,
             _ => false,
         }

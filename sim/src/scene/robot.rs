@@ -17,6 +17,12 @@ pub struct RobotSpec {
     #[serde(default = "once")]
     #[garde(range(min = 0.01, max = 100.0), custom(not_nan), custom(laps_of(&self.path)))]
     pub laps: f64,
+    /// After so many laps it turns round, in a circle of half a metre, and drives the other way; closed paths only. It drives on the
+    /// same way round where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(range(min = 0.01, max = 100.0), custom(not_nan)), custom(turn_of(&self.path, self.laps)))]
+    #[schemars(range(min = 0.01, max = 100.0))]
+    pub reverse_after: Option<f64>,
     /// Metres per second, of what drives.
     #[serde(default = "walking_pace")]
     #[garde(range(min = 0.01, max = 2.0), custom(not_nan))]
@@ -116,6 +122,18 @@ fn laps_of(path: &PathSpec) -> impl Fn(&f64, &()) -> garde::Result {
         Err(garde::Error::new(format!(
             "got {laps}, expected at most 1: the path does not end where it begins"
         )))
+    }
+}
+
+fn turn_of(path: &PathSpec, laps: f64) -> impl Fn(&Option<f64>, &()) -> garde::Result {
+    move |after, ()| match after {
+        Some(_) if !path.is_closed() => Err(garde::Error::new(
+            "this path does not end where it begins; leave `reverse_after` out or choose a closed path",
+        )),
+        Some(after) if *after >= laps => Err(garde::Error::new(format!(
+            "got {after}, expected less than robot.laps, {laps}: nothing would be driven after the turn"
+        ))),
+        _ => Ok(()),
     }
 }
 

@@ -171,6 +171,15 @@ pub struct DetectorFaultsSpec {
     #[serde(default)]
     #[garde(range(min = 0.0, max = 20.0), custom(not_nan))]
     pub false_per_image: f64,
+    /// Share of them that get the track of an object that was seen before and is not detected in the image, as by a wrong association; in
+    /// place of a track of their own.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub misassigned: f64,
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share <= 0.0
 }
 
 /// Point landmarks.

@@ -47,7 +47,8 @@ pub struct WorldSpec {
     /// The light, drawn anew for each episode and each session of the training views.
     #[garde(dive)]
     pub lighting: LightingSpec,
-    /// Share of the drive after which the light is another one, drawn from the same ranges; the light stays where left out.
+    /// Share of the drive after which the light is another one, drawn from the same ranges; the light stays where left out. Laps
+    /// inside and outside of a ring are a half each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(range(min = 0.0, max = 1.0), custom(not_nan)))]
     #[schemars(range(min = 0.0, max = 1.0))]

@@ -69,6 +69,29 @@ pub fn false_detections(
         .collect()
 }
 
+/// Gives each false detection, with the probability that the spec says, the track of one of the objects that were `lost`: seen before, and
+/// not detected now. The others keep tracks of their own, counted from `first_track`; returns how many. Stream: `misassigned`, by
+/// detection.
+pub fn misassign(
+    spec: &DetectorFaultsSpec,
+    found: &mut [Detection],
+    mut lost: Vec<usize>,
+    first_track: usize,
+    seed: Seed,
+) -> usize {
+    let mut own = 0;
+    for (i, detection) in found.iter_mut().enumerate() {
+        let mut stream = seed.stream("misassigned", number(detection.step, i));
+        detection.track = if stream.chance(spec.misassigned) && !lost.is_empty() {
+            lost.remove((stream.unit() * lost.len() as f64) as usize)
+        } else {
+            own += 1;
+            first_track + own - 1
+        };
+    }
+    own
+}
+
 /// The id of pixels in an ellipse that fills a box, and how many there are: nothing has a mask as other things have.
 fn ellipse(image: &Labelled<'_>, bounds: &BoundingBox) -> (Vec<u32>, u32) {
     let (center, half) = (bounds.center(), (bounds.max - bounds.min) / 2.0);
@@ -89,7 +112,7 @@ mod tests {
     use super::*;
 
     fn spec() -> DetectorFaultsSpec {
-        DetectorFaultsSpec { box_jitter: 0.1, miss_probability: 0.2, false_per_image: 0.7 }
+        DetectorFaultsSpec { box_jitter: 0.1, miss_probability: 0.2, false_per_image: 0.7, misassigned: 0.3 }
     }
 
     #[test]
@@ -109,6 +132,35 @@ mod tests {
             count += found.len();
         }
         assert!((1280..1520).contains(&count), "{count} in 2000 images");
+    }
+
+    #[test]
+    fn lost_objects_get_their_share_evenly_and_no_two_in_an_image() {
+        let (rgb, ids) = (vec![9; 40 * 40 * 3], vec![0; 40 * 40]);
+        let image = Labelled { width: 40, rgb: &rgb, ids: &ids };
+        let (mut counts, mut own, mut all) = ([0; 3], 0, 0);
+        for step in 0..3000 {
+            let mut found = false_detections(&spec(), &image, step, 10, Seed(1));
+            all += found.len();
+            let before = own;
+            own += misassign(&spec(), &mut found, vec![1, 4, 7], 10 + own, Seed(1));
+            let tracks = || found.iter().map(|detection| detection.track);
+            assert!(tracks().filter(|track| *track >= 10).eq(10 + before..10 + own));
+            for (count, track) in counts.iter_mut().zip([1, 4, 7]) {
+                let given = tracks().filter(|found| *found == track).count();
+                assert!(given <= 1);
+                *count += given;
+            }
+        }
+        let given: usize = counts.iter().sum();
+        assert_eq!(given + own, all);
+        assert!((given as f64 / all as f64 - 0.3).abs() < 0.03, "{given} of {all}");
+        assert!(
+            counts.iter().all(|count| (*count as f64 / given as f64 - 1.0 / 3.0).abs() < 0.05),
+            "{counts:?}"
+        );
+        let mut found = false_detections(&spec(), &image, 2, 10, Seed(1));
+        assert_eq!(misassign(&spec(), &mut found, Vec::new(), 10, Seed(1)), found.len());
     }
 
     #[test]

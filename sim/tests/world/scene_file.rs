@@ -6,10 +6,13 @@ use vantage_sim::checked::{CheckedScene, Misplaced, SceneError, SceneSpec};
 use vantage_sim::error::SimError;
 use vantage_sim::render::reference::ReferenceRenderer;
 use vantage_sim::rollout::roll_out;
-use vantage_sim::scene::{HandheldSpec, PathSpec, PieceSpec, RevisitSpec, SurfaceSpec, WorldSpec};
+use vantage_sim::scene::{
+    Direction, HandheldSpec, InsideAndOutsideSpec, PathSpec, PieceSpec, RandomLoopSpec, RevisitSpec,
+    SurfaceSpec, WorldSpec,
+};
 use vantage_sim::views::training_views;
 
-const SHARING: [&str; 6] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "revisit"];
+const SHARING: [&str; 7] = ["sparse_loop", "shelves", "room", "corridor", "aliased", "revisit", "ring"];
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
@@ -118,6 +121,60 @@ fn paths_and_their_parameters_are_checked_together() {
         spec.world.objects = 2;
     };
     assert!(with(&two).contains("world.objects must be 1"));
+}
+
+#[test]
+fn loops_and_rings_fit_the_room_and_what_stands_in_it() {
+    let looping = |change: &dyn Fn(&mut RandomLoopSpec)| {
+        let mut spec = shipped("tabletop");
+        let direction = Direction::CounterClockwise;
+        let mut path = RandomLoopSpec { radius: 1.6, amplitude: 0.2, direction, clearance: 0.1 };
+        change(&mut path);
+        spec.robot.path = PathSpec::RandomLoop(path);
+        refusal(spec)
+    };
+    assert!(looping(&|path| path.radius = 2.2).contains("lower path.random_loop.radius or its amplitude"));
+    assert!(looping(&|path| path.radius = 1.0).contains("raise path.random_loop.radius"));
+    assert!(looping(&|path| path.amplitude = 0.6).contains("amplitude"));
+    assert!(looping(&|path| path.clearance = f64::NAN).contains("clearance"));
+    let mut pedestals = shipped("sparse_loop");
+    let path = RandomLoopSpec { radius: 3.0, amplitude: 0.2, direction: Direction::Either, clearance: 0.1 };
+    pedestals.robot.path = PathSpec::RandomLoop(path);
+    assert!(refusal(pedestals).contains("the same for every seed; choose another path"));
+
+    let ring = |change: &dyn Fn(&mut SceneSpec, &mut InsideAndOutsideSpec)| {
+        let mut spec = shipped("ring");
+        let mut path = InsideAndOutsideSpec { inner_radius: 1.6, outer_radius: 4.8, clearance: 0.2 };
+        change(&mut spec, &mut path);
+        spec.robot.path = PathSpec::InsideAndOutside(path);
+        refusal(spec)
+    };
+    assert!(ring(&|_, path| path.inner_radius = 4.0).contains("expected at least 5.20: 1.2 m more"));
+    assert!(ring(&|_, path| path.outer_radius = 7.4).contains("needs a room of at least 15.60"));
+    assert!(ring(&|_, path| path.inner_radius = 2.7).contains("bump into world.surface"));
+    assert!(ring(&|spec, _| spec.robot.laps = 2.0).contains("expected at most 1"));
+    assert!(ring(&|spec, _| spec.world.objects = 19).contains("wide enough to cross"));
+    assert!(ring(&|spec, _| spec.robot.reverse_after = Some(0.5)).contains("leave `reverse_after` out"));
+}
+
+#[test]
+fn a_robot_turns_round_within_its_laps_and_the_room() {
+    let with = |change: &dyn Fn(&mut SceneSpec)| {
+        let mut spec = shipped("sparse_loop");
+        (spec.robot.laps, spec.robot.reverse_after) = (2.0, Some(1.0));
+        checked(spec.clone());
+        change(&mut spec);
+        refusal(spec)
+    };
+    assert!(with(&|spec| spec.robot.laps = 1.0).contains("expected less than robot.laps, 1"));
+    assert!(with(&|spec| spec.robot.reverse_after = Some(f64::NAN)).contains("reverse_after"));
+    assert!(with(&|spec| spec.robot.reverse_after = Some(0.0)).contains("reverse_after"));
+    // There is room for the lap, which is 6 m wide, but not for the turn beside it.
+    let narrow = |spec: &mut SceneSpec| spec.world.room.width = 6.9;
+    assert!(with(&narrow).contains("needs a room of"));
+    let mut onwards = shipped("sparse_loop");
+    narrow(&mut onwards);
+    checked(onwards);
 }
 
 #[test]

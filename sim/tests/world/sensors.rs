@@ -45,8 +45,12 @@ fn no_noise_disturbs_what_another_one_decides() {
 #[test]
 fn false_detections_have_tracks_of_their_own_and_no_object() {
     let faulty = episode(|spec| {
-        spec.sensors.detector.faults =
-            Some(DetectorFaultsSpec { box_jitter: 0.05, miss_probability: 0.3, false_per_image: 1.0 });
+        spec.sensors.detector.faults = Some(DetectorFaultsSpec {
+            box_jitter: 0.05,
+            miss_probability: 0.3,
+            false_per_image: 1.0,
+            misassigned: 0.0,
+        });
     });
     let plain = episode(|_| ());
     let objects = faulty.truth.objects.len();
@@ -59,6 +63,57 @@ fn false_detections_have_tracks_of_their_own_and_no_object() {
     assert!(pairs().all(|(d, truth)| (d.track >= objects) == (truth.visible_fraction <= 0.0)));
     let real = faulty.observations.detections.len() - false_tracks.len();
     assert!(real < plain.observations.detections.len());
+}
+
+#[test]
+fn misassigned_detections_take_the_tracks_of_objects_seen_before_and_change_nothing_else() {
+    let with = |misassigned: f64| {
+        episode(|spec| {
+            spec.robot.steps = Some(40);
+            let faults = DetectorFaultsSpec {
+                box_jitter: 0.05,
+                miss_probability: 0.3,
+                false_per_image: 1.0,
+                misassigned,
+            };
+            spec.sensors.detector.faults = Some(faults);
+        })
+    };
+    let (own, given) = (with(0.0), with(0.5));
+    let all = |e: &Episode| {
+        let pairs = e.observations.detections.iter().cloned().zip(e.truth.detections.clone());
+        let mut sorted: Vec<_> =
+            pairs.map(|(d, t)| (d.step, d.bounding_box.min.x, t.visible_fraction, d)).collect();
+        sorted.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap());
+        sorted
+    };
+    let objects = own.truth.objects.len();
+    let mut misassigned = 0;
+    for (a, b) in all(&own).iter().zip(&all(&given)) {
+        assert_eq!((a.0, a.1, a.2), (b.0, b.1, b.2));
+        assert!(a.3.masked_crop == b.3.masked_crop && a.3.boxed_crop == b.3.boxed_crop);
+        if a.2 > 0.0 {
+            assert_eq!(a.3.track, b.3.track);
+        } else if b.3.track < objects {
+            misassigned += 1;
+            assert_eq!(b.3.center_depth, None);
+            let earlier = all(&given).iter().any(|c| c.0 < b.0 && c.3.track == b.3.track && c.2 > 0.0);
+            assert!(earlier, "track {} at step {}", b.3.track, b.0);
+        }
+    }
+    assert!((3..30).contains(&misassigned), "{misassigned}");
+    let tracks: Vec<_> = given.observations.detections.iter().map(|d| (d.step, d.track)).collect();
+    assert!(tracks.windows(2).all(|pair| pair[0] < pair[1]), "no track twice in an image");
+    let nothing = given.truth.detections.iter().filter(|truth| truth.visible_fraction <= 0.0).count();
+    let mut false_tracks: Vec<_> = tracks.iter().map(|(_, track)| *track).filter(|t| *t >= objects).collect();
+    false_tracks.sort_unstable();
+    assert!(false_tracks.into_iter().eq(objects..objects + nothing - misassigned));
+    let shown = |(number, d)| given.truth.shown(number, d).is_some();
+    let count = given.observations.detections.iter().enumerate().filter(|pair| shown(*pair)).count();
+    assert_eq!(count, given.observations.detections.len() - nothing);
+    assert_eq!(given.samples(Split::Test).count(), count);
+    let observed = vantage_dataset::episode_views(&given, Split::Test, &|_| true);
+    assert!(observed.views.iter().all(|view| view.visible_fraction > 0.0));
 }
 
 #[test]

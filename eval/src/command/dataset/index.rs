@@ -49,8 +49,8 @@ impl Index {
 
     /// Counts an episode.
     pub fn count(&mut self, episode: &Episode) {
-        let objects = episode.truth.objects.len();
-        let crops = episode.observations.detections.iter().filter(|d| d.track < objects).count();
+        let detections = episode.observations.detections.iter().enumerate();
+        let crops = detections.filter_map(|(number, d)| episode.truth.shown(number, d)).count();
         let counts = Counts { images: episode.observations.steps() as u64, crops: crops as u64 };
         self.episodes.insert(episode.seed.0, counts);
     }

@@ -1,6 +1,7 @@
 //! `bench look SCENE`: a scene at a glance.
 
 pub mod error;
+mod symmetries;
 
 use super::placed;
 use crate::command::cli::LookArgs;
@@ -17,7 +18,7 @@ use std::f64::consts::PI;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use vantage_dataset::crop::CROP_SIDE;
-use vantage_dataset::{Camera, Pose, Seed, Split, View};
+use vantage_dataset::{Camera, DetectionTruth, Pose, Seed, Split, View};
 use vantage_sim::checked::CheckedScene;
 use vantage_sim::object::Catalog;
 use vantage_sim::observer::{Look, Observer};
@@ -44,7 +45,8 @@ const MARGIN: u32 = 4;
 const FROM_ABOVE_FOV: f64 = 0.3;
 
 /// Writes the sheet of the scene's first seed: the world from above with the robot's path, three images with the boxes of
-/// their detections, and crops of ten instances, each column ordered by azimuth. With `--rerun` also the whole episode.
+/// their detections, and crops of ten instances, each column ordered by azimuth. With `--rerun` also the whole episode. Prints
+/// the symmetries of the scene's meshes.
 pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let file: SceneFile = scene_file::read(&args.scene)?;
     let scene = file.checked(&args.scene, &Progress::detect())?;
@@ -96,6 +98,7 @@ pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let name = path.file_name().map(Path::new).unwrap_or(Path::new("look.png"));
     out.write(name, &sheet.png()?)?;
     writeln!(stdout, "{}", path.display())?;
+    symmetries::print(scene.meshes(), renderer.as_mut(), stdout)?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &args.rerun {
         let _folder = OutputFolder::probe(path.parent().unwrap_or(Path::new(".")))?;
@@ -131,9 +134,8 @@ fn pictures(
     };
     let mut panels = vec![(caption.to_owned(), world)];
     let mut observer = Observer::new(scene, rollout);
-    let objects = observer.targets().len();
-    let of_objects =
-        |look: &Look| look.detections.iter().filter(|(detection, _)| detection.track < objects).count();
+    let is_something = |truth: &DetectionTruth| truth.visible_fraction > 0.0;
+    let of_objects = |look: &Look| look.detections.iter().filter(|(_, truth)| is_something(truth)).count();
     let fullness = |look: &Look| (of_objects(look), look.detections.len());
     for third in 0..FRAMES {
         let mut step = candidate(third, 0, rollout.steps());
@@ -152,8 +154,8 @@ fn pictures(
             caption += &format!("; of nothing, cyan: {nothing}");
         }
         let mut panel = Panel::new(look.frame.width, look.frame.height, look.frame.rgb)?;
-        for (detection, _) in &look.detections {
-            let hue = if detection.track < objects { BOX } else { BOX_OF_NOTHING };
+        for (detection, truth) in &look.detections {
+            let hue = if is_something(truth) { BOX } else { BOX_OF_NOTHING };
             panel.outline(&detection.bounding_box, hue);
         }
         panels.push((caption, panel));

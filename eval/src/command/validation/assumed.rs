@@ -23,8 +23,8 @@ pub fn as_assumed(Trial { observations, truth }: &Trial, settings: &Settings) ->
         odometry.robot_from_robot = motion * se3::exp(&error);
     }
     let focal_length = drawn.camera.focal_length();
-    for detection in &mut drawn.detections {
-        let Some(object) = truth.objects.get(detection.track) else { continue };
+    for (number, detection) in drawn.detections.iter_mut().enumerate() {
+        let Some(object) = truth.shown(number, detection) else { continue };
         let world_from_camera = truth.world_from_robot[detection.step] * drawn.robot_from_camera;
         let center = Point3::from(object.world_from_object.translation.vector);
         let Some(pixel) = drawn.camera.project(&world_from_camera.inverse_transform_point(&center)) else {

@@ -24,18 +24,18 @@ pub struct Boxes {
 }
 
 impl Boxes {
-    /// All boxes of true objects.
+    /// All boxes of objects.
     pub fn of(trials: &[Trial]) -> Self {
         let mut by_object: BTreeMap<(usize, usize), Vec<SeenBox>> = BTreeMap::new();
         let mut ratios = Vec::new();
         for (trial, Trial { observations, truth }) in trials.iter().enumerate() {
             let camera = &observations.camera;
-            for detection in &observations.detections {
+            for (number, detection) in observations.detections.iter().enumerate() {
                 let seen = &detection.bounding_box;
                 if seen.is_truncated(camera) {
                     continue;
                 }
-                let Some(object) = truth.objects.get(detection.track) else { continue };
+                let Some(object) = truth.shown(number, detection) else { continue };
                 let world_from_camera =
                     truth.world_from_robot[detection.step] * observations.robot_from_camera;
                 let in_world = Point3::from(object.world_from_object.translation.vector);

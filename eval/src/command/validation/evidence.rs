@@ -30,9 +30,10 @@ impl TrueViews {
         track: usize,
         model: &dyn ObservationModel,
     ) -> Option<Self> {
-        let object = &truth.objects[track];
         let (mut views, mut read) = (Vec::new(), Vec::new());
-        for detection in observations.detections.iter().filter(|detection| detection.track == track) {
+        let detections = observations.detections.iter().enumerate();
+        for (number, detection) in detections.filter(|(_, detection)| detection.track == track) {
+            let Some(object) = truth.shown(number, detection) else { continue };
             if detection.bounding_box.is_truncated(&observations.camera) {
                 continue;
             }

@@ -1,15 +1,17 @@
 //! The hyper-parameters that validation objects ask of the Gaussian process over the azimuth.
 
 use super::Trial;
-use vantage_dataset::{ObjectTruth, Viewpoint};
+use vantage_dataset::Viewpoint;
 use vantage_learn::gaussian_process::Hyperparameters;
 
 /// Those of most marginal likelihood for the trials' objects, and that likelihood's logarithm, nats.
 pub fn hyperparameters(trials: &[Trial]) -> (Hyperparameters, f64) {
     let of_trial = |Trial { observations, truth }: &'_ Trial| {
-        let object = |(track, object): (usize, &ObjectTruth)| {
-            let detections = observations.detections.iter().filter(|detection| detection.track == track);
-            let views = detections.filter_map(|detection| {
+        let object = |track: usize| {
+            let detections = observations.detections.iter().enumerate();
+            let of_track = detections.filter(|(_, detection)| detection.track == track);
+            let views = of_track.filter_map(|(number, detection)| {
+                let object = truth.shown(number, detection)?;
                 let world_from_camera =
                     truth.world_from_robot[detection.step] * observations.robot_from_camera;
                 let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
@@ -18,7 +20,7 @@ pub fn hyperparameters(trials: &[Trial]) -> (Hyperparameters, f64) {
             });
             views.collect::<Vec<_>>()
         };
-        truth.objects.iter().enumerate().map(object).collect::<Vec<_>>()
+        (0..truth.objects.len()).map(object).collect::<Vec<_>>()
     };
     let objects: Vec<_> = trials.iter().flat_map(of_trial).collect();
     let lent: Vec<Vec<_>> =

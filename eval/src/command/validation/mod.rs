@@ -57,8 +57,10 @@ fn trials(pipeline: &Pipeline, args: &ValidationArgs) -> Result<Vec<Trial>, Benc
             }
         }
     }
-    let seen =
-        |trial: &Trial| trial.observations.detections.iter().any(|d| d.track < trial.truth.objects.len());
+    let seen = |Trial { observations, truth }: &Trial| {
+        let mut detections = observations.detections.iter().enumerate();
+        detections.any(|(number, detection)| truth.shown(number, detection).is_some())
+    };
     match trials.iter().any(seen) {
         true => Ok(trials),
         false => Err(ValidationError::NothingSeen { scene: args.scene.clone() }.into()),

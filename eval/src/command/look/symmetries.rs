@@ -1,0 +1,46 @@
+//! The symmetries of a scene's meshes, measured.
+
+use crate::command::error::BenchError;
+use crate::result::grid::{Style, draw};
+use std::io::Write;
+use vantage_dataset::Symmetry;
+use vantage_sim::error::SimError;
+use vantage_sim::object::{MeshLibrary, Turns};
+use vantage_sim::render::Renderer;
+
+const HEAD: [&str; 6] = ["Mesh", "Stated", "Measured", "Contrast", "Most alike at order", "Left over"];
+
+/// Prints a row a mesh; nothing without meshes.
+pub fn print(
+    meshes: &MeshLibrary,
+    renderer: &mut dyn Renderer,
+    stdout: &mut impl Write,
+) -> Result<(), BenchError> {
+    if meshes.is_empty() {
+        return Ok(());
+    }
+    let mut rows = Vec::new();
+    for mesh in meshes.iter() {
+        let turns = Turns::of(&mesh.object, renderer).map_err(SimError::from)?;
+        let order = turns.most_alike();
+        rows.push(vec![
+            mesh.name.clone(),
+            name(mesh.symmetry),
+            name(turns.symmetry()),
+            format!("{:.3}", turns.contrast()),
+            order.to_string(),
+            format!("{:.2}", turns.left_over(order)),
+        ]);
+    }
+    let head = HEAD.map(str::to_owned);
+    Ok(writeln!(stdout, "{}", draw(Style::terminal(), &head, rows))?)
+}
+
+/// As in scene files.
+fn name(symmetry: Symmetry) -> String {
+    match symmetry {
+        Symmetry::None => "none".to_owned(),
+        Symmetry::Cyclic { order } => format!("cyclic: {order}"),
+        Symmetry::Revolution => "revolution".to_owned(),
+    }
+}
