@@ -82,12 +82,13 @@ impl System<'_> {
             let first = structure.kept[a].column;
             add_to(&mut self.gradient[first..], &jacobian_a.tr_mul(&linear.residual));
             for &(b, jacobian_b) in kept.iter().filter(|(b, _)| *b <= a) {
-                let block = jacobian_a.tr_mul(jacobian_b);
-                for column in 0..block.ncols() {
+                let shift = structure.shift((a, b))?;
+                for (column, by_column) in jacobian_b.column_iter().enumerate() {
                     let first_row = if a == b { column } else { 0 };
-                    let start = structure.entry((a, b), first_row, column)?;
-                    for row in first_row..block.nrows() {
-                        self.hessian[start + row - first_row] += block[(row, column)];
+                    let start = structure.entry(b, shift, first_row, column);
+                    let rows = jacobian_a.ncols() - first_row;
+                    for (row, target) in self.hessian[start..start + rows].iter_mut().enumerate() {
+                        *target += jacobian_a.column(first_row + row).dot(&by_column);
                     }
                 }
             }
