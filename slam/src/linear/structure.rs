@@ -184,6 +184,12 @@ impl Structure {
     }
 
     fn fill_pattern(&mut self, below: &[BTreeSet<usize>]) {
+        let dim = |block: &usize| self.kept[*block].dim;
+        let entries = |(block, below): (usize, &BTreeSet<usize>)| {
+            dim(&block) * (dim(&block) + below.iter().map(dim).sum::<usize>())
+        };
+        self.row_indices.reserve_exact(below.iter().enumerate().map(entries).sum());
+        self.column_starts.reserve_exact(self.columns);
         for (block, rows_below) in below.iter().enumerate() {
             let Kept { column: first, dim, .. } = self.kept[block];
             let mut offset = 0;

@@ -1,5 +1,6 @@
 //! The numeric half: the normal equations at one point.
 
+use super::cholesky::Memory;
 use super::structure::{Place, Structure};
 use crate::factor::LinearFactor;
 use crate::graph::Graph;
@@ -35,9 +36,22 @@ pub(super) struct LocalSystem {
 impl Structure {
     /// The normal equations at `values`, or `None` where a factor is undefined.
     pub fn linearize(&self, graph: &Graph<'_>, values: &Values) -> Option<System<'_>> {
+        self.linearize_in(graph, values, &mut Memory::default())
+    }
+
+    /// [`Structure::linearize`], in memory that is kept.
+    pub fn linearize_in(
+        &self,
+        graph: &Graph<'_>,
+        values: &Values,
+        memory: &mut Memory,
+    ) -> Option<System<'_>> {
+        let mut hessian = std::mem::take(&mut memory.hessian);
+        hessian.clear();
+        hessian.resize(self.entries(), 0.0);
         let mut system = System {
             structure: self,
-            hessian: vec![0.0; self.entries()],
+            hessian,
             gradient: vec![0.0; self.columns],
             locals: self
                 .locals
@@ -67,6 +81,11 @@ impl Structure {
 }
 
 impl System<'_> {
+    /// Gives its memory back.
+    pub fn recycle(self, memory: &mut Memory) {
+        memory.hessian = self.hessian;
+    }
+
     fn add(&mut self, keys: &[Key], linear: &LinearFactor) -> Option<()> {
         let structure = self.structure;
         let mut kept: Vec<(usize, &DMatrix<f64>)> = Vec::with_capacity(keys.len());
