@@ -94,7 +94,9 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
     let mut memory = Memory::default();
     let mut damping = INITIAL_DAMPING;
     while solution.iterations < limits.iterations {
-        let Some(system) = structure.linearize(graph, &solution.values) else { return solution };
+        let Some(system) = structure.linearize_in(graph, &solution.values, &mut memory) else {
+            return solution;
+        };
         solution.iterations += 1;
         let negligible = limits.tolerance * solution.cost.max(1.0);
         let mut attempt = |damping: f64| -> Attempt {
@@ -136,6 +138,7 @@ pub fn solve(graph: &Graph<'_>, start: Values, is_free: impl Fn(Key) -> bool, li
             };
             return solution;
         };
+        system.recycle(&mut memory);
         solution.values = values;
         solution.cost = cost;
         damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(LARGEST_CUT, 2.0)).max(MINIMUM_DAMPING);

@@ -9,7 +9,9 @@ mod order;
 mod smoother;
 mod term;
 mod tree;
+mod update;
 
-pub use smoother::{Smoother, Thresholds, Update};
+pub use smoother::Smoother;
 pub use term::Term;
 pub use tree::{Indefinite, Place, Solved, Tree};
+pub use update::{Thresholds, Update};

@@ -12,6 +12,8 @@ pub struct Memory {
     /// Of the next factor.
     numbers: Vec<f64>,
     scratch: Option<MemBuffer>,
+    /// Of the next system.
+    pub(super) hessian: Vec<f64>,
     /// Of the next reduced system.
     pub(super) reduced: Vec<f64>,
 }

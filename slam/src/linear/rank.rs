@@ -20,7 +20,7 @@ pub fn least_constrained(system: &System<'_>, memory: &mut Memory) -> Option<Key
     if structure.columns == 0 {
         return None;
     }
-    let Some(reduced) = Reduced::new(system, 0.0, memory) else {
+    let Some(mut reduced) = Reduced::new(system, 0.0, memory) else {
         return structure.locals.first().map(|local| local.key);
     };
     let diagonal: Vec<f64> =
@@ -29,7 +29,7 @@ pub fn least_constrained(system: &System<'_>, memory: &mut Memory) -> Option<Key
         return Some(owner(system, column));
     }
     let root: Vec<f64> = diagonal.iter().map(|d| 1.0 / d.sqrt()).collect();
-    let mut scaled = reduced.hessian.clone();
+    let scaled = &mut reduced.hessian;
     for column in 0..structure.columns {
         let entries = structure.column_starts[column]..structure.column_starts[column + 1];
         for entry in entries {
@@ -38,11 +38,10 @@ pub fn least_constrained(system: &System<'_>, memory: &mut Memory) -> Option<Key
     }
     let mut shift = RANK_TOLERANCE;
     let factor = loop {
-        let mut shifted = scaled.clone();
         for column in 0..structure.columns {
-            shifted[structure.column_starts[column]] += shift;
+            scaled[structure.column_starts[column]] = 1.0 + shift;
         }
-        match Cholesky::new(structure, &shifted, memory) {
+        match Cholesky::new(structure, scaled, memory) {
             Some(factor) => break factor,
             None if shift < 1.0 => shift *= 10.0,
             None => return Some(owner(system, 0)),

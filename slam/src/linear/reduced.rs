@@ -88,9 +88,10 @@ impl<'s> Reduced<'s> {
                 self.gradient[kept_a.column + row] -= projected[(offset_a + row, 0)];
             }
             for (&block_b, &offset_b) in local.neighbours.range(..=block_a) {
+                let shift = self.structure.shift((block_a, block_b))?;
                 for column in 0..self.structure.kept[block_b].dim {
                     let first_row = if block_a == block_b { column } else { 0 };
-                    let start = self.structure.entry((block_a, block_b), first_row, column)?;
+                    let start = self.structure.entry(block_b, shift, first_row, column);
                     for row in first_row..kept_a.dim {
                         self.hessian[start + row - first_row] -= product[(offset_a + row, offset_b + column)];
                     }

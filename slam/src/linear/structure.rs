@@ -136,16 +136,18 @@ impl Structure {
         )
     }
 
-    /// Index, in the compressed columns, of entry (row, column) of a block; on the diagonal `row >= column`.
-    pub(super) fn entry(&self, blocks: (usize, usize), row: usize, column: usize) -> Option<usize> {
+    /// Where a block (row block, column block) of the lower triangle is in its columns, for [`Structure::entry`]; `None` where it is zero.
+    pub(super) fn shift(&self, blocks: (usize, usize)) -> Option<usize> {
         let (row_block, column_block) = blocks;
-        let kept = &self.kept[column_block];
-        let start = self.column_starts[kept.column + column];
         if row_block == column_block {
-            return Some(start + row - column);
+            return Some(0);
         }
-        let offset = self.block_offsets.get(&blocks)?;
-        Some(start + kept.dim - column + offset + row)
+        Some(self.kept[column_block].dim + self.block_offsets.get(&blocks)?)
+    }
+
+    /// Index, in the compressed columns, of entry (row, column) of a block with a shift; on the diagonal `row >= column`.
+    pub(super) fn entry(&self, column_block: usize, shift: usize, row: usize, column: usize) -> usize {
+        self.column_starts[self.kept[column_block].column + column] + shift + row - column
     }
 
     /// For each kept variable, the later kept variables it shares a factor or a latent with.
@@ -182,6 +184,12 @@ impl Structure {
     }
 
     fn fill_pattern(&mut self, below: &[BTreeSet<usize>]) {
+        let dim = |block: &usize| self.kept[*block].dim;
+        let entries = |(block, below): (usize, &BTreeSet<usize>)| {
+            dim(&block) * (dim(&block) + below.iter().map(dim).sum::<usize>())
+        };
+        self.row_indices.reserve_exact(below.iter().enumerate().map(entries).sum());
+        self.column_starts.reserve_exact(self.columns);
         for (block, rows_below) in below.iter().enumerate() {
             let Kept { column: first, dim, .. } = self.kept[block];
             let mut offset = 0;

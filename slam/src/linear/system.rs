@@ -1,5 +1,6 @@
 //! The numeric half: the normal equations at one point.
 
+use super::cholesky::Memory;
 use super::structure::{Place, Structure};
 use crate::factor::LinearFactor;
 use crate::graph::Graph;
@@ -35,9 +36,22 @@ pub(super) struct LocalSystem {
 impl Structure {
     /// The normal equations at `values`, or `None` where a factor is undefined.
     pub fn linearize(&self, graph: &Graph<'_>, values: &Values) -> Option<System<'_>> {
+        self.linearize_in(graph, values, &mut Memory::default())
+    }
+
+    /// [`Structure::linearize`], in memory that is kept.
+    pub fn linearize_in(
+        &self,
+        graph: &Graph<'_>,
+        values: &Values,
+        memory: &mut Memory,
+    ) -> Option<System<'_>> {
+        let mut hessian = std::mem::take(&mut memory.hessian);
+        hessian.clear();
+        hessian.resize(self.entries(), 0.0);
         let mut system = System {
             structure: self,
-            hessian: vec![0.0; self.entries()],
+            hessian,
             gradient: vec![0.0; self.columns],
             locals: self
                 .locals
@@ -67,6 +81,11 @@ impl Structure {
 }
 
 impl System<'_> {
+    /// Gives its memory back.
+    pub fn recycle(self, memory: &mut Memory) {
+        memory.hessian = self.hessian;
+    }
+
     fn add(&mut self, keys: &[Key], linear: &LinearFactor) -> Option<()> {
         let structure = self.structure;
         let mut kept: Vec<(usize, &DMatrix<f64>)> = Vec::with_capacity(keys.len());
@@ -82,12 +101,13 @@ impl System<'_> {
             let first = structure.kept[a].column;
             add_to(&mut self.gradient[first..], &jacobian_a.tr_mul(&linear.residual));
             for &(b, jacobian_b) in kept.iter().filter(|(b, _)| *b <= a) {
-                let block = jacobian_a.tr_mul(jacobian_b);
-                for column in 0..block.ncols() {
+                let shift = structure.shift((a, b))?;
+                for (column, by_column) in jacobian_b.column_iter().enumerate() {
                     let first_row = if a == b { column } else { 0 };
-                    let start = structure.entry((a, b), first_row, column)?;
-                    for row in first_row..block.nrows() {
-                        self.hessian[start + row - first_row] += block[(row, column)];
+                    let start = structure.entry(b, shift, first_row, column);
+                    let rows = jacobian_a.ncols() - first_row;
+                    for (row, target) in self.hessian[start..start + rows].iter_mut().enumerate() {
+                        *target += jacobian_a.column(first_row + row).dot(&by_column);
                     }
                 }
             }
