@@ -32,6 +32,7 @@
 //! perturbations on the right (`T * Exp(xi)`). No ground truth comes in: the input is
 //! [`vantage_dataset::Observations`].
 
+pub mod association;
 pub mod bearing_offset;
 pub mod covariance;
 pub mod discrepancy;
