@@ -267,16 +267,7 @@ fn by_hypotheses(
     odometry: &[Motion],
     frames: &[Vec<Detection>],
 ) -> Result<Answer, Failure> {
-    let get = |n: &str, d: f64| std::env::var(n).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
-    let limits = Limits {
-        hypotheses: get("K", 256.0) as usize,
-        least_weight: get("LW", 1e-6),
-        merging: Some(vantage_slam::association::Merging {
-            window: get("WIN", 20.0) as usize,
-            distance: get("DIST", 0.1),
-        }),
-    };
-    let mut hypotheses = Hypotheses::new(SharedSmoother::new(Thresholds::default()), limits);
+    let mut hypotheses = Hypotheses::new(SharedSmoother::new(Thresholds::default()), Limits::default());
     let mut sensing = Sensing::new(world.sensor);
     for (step, frame) in frames.iter().enumerate() {
         hypotheses.observe(|estimator| match step {

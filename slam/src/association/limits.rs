@@ -21,8 +21,9 @@ pub struct Merging {
 }
 
 impl Default for Limits {
+    /// Chosen on worlds that `examples/association generated` draws.
     fn default() -> Self {
-        Self { hypotheses: 256, least_weight: 1e-6, merging: Some(Merging { window: 20, distance: 0.1 }) }
+        Self { hypotheses: 256, least_weight: 1e-4, merging: Some(Merging { window: 8, distance: 0.3 }) }
     }
 }
 
