@@ -26,6 +26,7 @@
 //! | marginal covariances | [`covariance`] |
 //! | the answer | [`posterior`], [`mod@estimate`] |
 //! | argmax and marginals after every step | [`online`], [`incremental`] |
+//! | which object was seen | [`association`] |
 //! | what is refused, and settings | [`input`], [`settings`] |
 //!
 //! The world frame is that of the robot's first pose, whose z axis points up. Tangents are rotation first,

@@ -258,6 +258,7 @@ fn by_rule(
         }
     }
     estimator.update()?;
+    estimator.solve_anew()?;
     Ok((labels, estimator, 1.0, 0.0))
 }
 
@@ -277,7 +278,7 @@ fn by_hypotheses(
         hypotheses.choose(|hypothesis| sensing.frame(hypothesis, step, frame))?;
         sensing.look(step, frame);
     }
-    hypotheses.settle()?;
+    hypotheses.refine()?;
     let best = hypotheses.best().ok_or("no hypothesis")?;
     let labels = best.verdicts().iter().map(|verdict| verdict.label).collect();
     for place in best.verdicts().iter().filter(|verdict| verdict.choice == verdict.label) {

@@ -55,6 +55,12 @@ pub trait LocalEstimator<'m>: Clone {
     /// A variable that nothing fixes.
     fn update(&mut self) -> Result<(), Unsolved>;
 
+    /// Brings the estimate to the maximum from where it is, by all its factors.
+    ///
+    /// # Errors
+    /// A variable that nothing fixes.
+    fn solve_anew(&mut self) -> Result<(), Unsolved>;
+
     /// `log` of the integral of `exp(-cost)` over all variables, by Laplace's method, as of the last update.
     fn log_evidence(&self) -> f64;
 

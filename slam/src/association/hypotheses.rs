@@ -1,44 +1,12 @@
 //! The engine: all hypotheses that are worth keeping, with their weights.
 
+use super::account::{AssociationError, GivenUp, Work};
 use super::choice::Frame;
 use super::estimator::{Addition, LocalEstimator, Unsolved};
 use super::expansion::{Continuation, expand};
 use super::hypothesis::Hypothesis;
 use super::limits::{Limits, Merging};
 use super::mass::{log_sum, prune};
-
-/// Why association cannot go on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AssociationError {
-    /// No hypothesis has an estimate any more.
-    #[error("no hypothesis is left: {0}")]
-    Unsolved(#[from] Unsolved),
-    /// A choice has no alternative that any hypothesis allows.
-    #[error("no alternative of choice {0} is possible; give it one of clutter or of nothing")]
-    Impossible(usize),
-}
-
-/// What has been given up so far, as shares of the mass at the time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GivenUp {
-    /// Of hypotheses that were dropped: bounds how far a weight is off by that.
-    pub dropped: f64,
-    /// Of hypotheses merged into others, whose estimate is then another's.
-    pub merged: f64,
-}
-
-/// What happened so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Choices that left one hypothesis from one.
-    pub plain: usize,
-    /// Estimates brought up to date.
-    pub updates: usize,
-    /// Continuations weighed.
-    pub weighed: usize,
-    /// Most hypotheses at a time.
-    pub most: usize,
-}
 
 /// Hypotheses over all choices so far.
 pub struct Hypotheses<E> {
@@ -113,6 +81,29 @@ impl<E> Hypotheses<E> {
     {
         self.work.updates += self.hypotheses.len();
         self.keep_solved(|hypothesis| hypothesis.estimator.update())?;
+        self.weigh_anew();
+        Ok(())
+    }
+
+    /// Brings estimates to their maxima by all their factors, and weights with them: what is slow, and for the end.
+    ///
+    /// # Errors
+    /// If no hypothesis has an estimate.
+    pub fn refine<'m>(&mut self) -> Result<(), AssociationError>
+    where
+        E: LocalEstimator<'m>,
+    {
+        self.settle()?;
+        self.keep_solved(|hypothesis| hypothesis.estimator.solve_anew())?;
+        self.weigh_anew();
+        Ok(())
+    }
+
+    /// Takes weights from the estimates, and merges what has become one.
+    fn weigh_anew<'m>(&mut self)
+    where
+        E: LocalEstimator<'m>,
+    {
         if self.hypotheses.len() > 1 {
             let masses: Vec<f64> = self.hypotheses.iter().map(Self::log_mass).collect();
             self.hypotheses.iter_mut().zip(&masses).for_each(|(h, mass)| h.log_weight = *mass);
@@ -122,7 +113,6 @@ impl<E> Hypotheses<E> {
             self.normalize();
             self.merge();
         }
-        Ok(())
     }
 
     /// Takes in choices of one moment; `frame` says for each hypothesis what they are.

@@ -6,18 +6,13 @@ use super::marginal::joint_covariance;
 use super::places::Places;
 use super::shared::Shared;
 use super::tree::{Indefinite, Tree};
-use crate::factor::{Factor, LinearFactor};
-use crate::graph::Graph;
+use super::whole::maximum;
+use crate::factor::Factor;
 use crate::incremental::Term;
-use crate::noise::Kernel;
-use crate::solve::{Limits, solve};
 use crate::variable::{Key, Value, Values};
 use nalgebra::DVector;
 use std::f64::consts::PI;
 use std::rc::Rc;
-
-/// Of the solution that is taken where steps of Gauss and Newton do not settle.
-const LIMITS: Limits = Limits { iterations: 100, tolerance: 1e-6 };
 
 /// When work is worth its while.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -242,13 +237,11 @@ impl<'m> SharedSmoother<'m> {
 
     /// Solves all from some values by Levenberg and Marquardt: steps of Gauss and Newton did not settle.
     fn solve_all(&mut self, start: Shared<Variable>) -> Result<(), Unsolved> {
-        let mut graph = Graph::default();
-        self.factors.iter().for_each(|held| graph.push(SharedFactor(Rc::clone(&held.factor))));
         let mut values = Values::default();
         start.iter().for_each(|variable| values.insert(variable.key, variable.value.clone()));
-        let solution = solve(&graph, values, |_| true, LIMITS);
+        let values = maximum(self.factors.iter().map(|held| &held.factor), values);
         for variable in 0..self.variables.len() {
-            let Some(value) = solution.values.get(self.variables[variable].key) else { continue };
+            let Some(value) = values.get(self.variables[variable].key) else { continue };
             let held = self.variables.get_mut(variable);
             (held.base, held.value) = (value.clone(), value.clone());
             self.tree.reset(variable);
@@ -291,6 +284,10 @@ impl<'m> LocalEstimator<'m> for SharedSmoother<'m> {
         self.solve_all(before)
     }
 
+    fn solve_anew(&mut self) -> Result<(), Unsolved> {
+        self.solve_all(self.variables.clone())
+    }
+
     fn log_evidence(&self) -> f64 {
         let (cost, log_det) = self.tree.minimum();
         self.tree.numbers() as f64 / 2.0 * libm::log(2.0 * PI) - cost - self.offset - log_det
@@ -321,35 +318,6 @@ impl<'m> LocalEstimator<'m> for SharedSmoother<'m> {
         };
         let root = joint_covariance(&self.tree, &[own]).and_then(nalgebra::Cholesky::new);
         root.map_or(far, |root| (b - a).dot(&root.solve(&(b - a))).sqrt())
-    }
-}
-
-/// A factor that others hold too.
-struct SharedFactor<'m>(Rc<dyn Factor + 'm>);
-
-impl Factor for SharedFactor<'_> {
-    fn keys(&self) -> &[Key] {
-        self.0.keys()
-    }
-
-    fn residual(&self, values: &Values) -> Option<DVector<f64>> {
-        self.0.residual(values)
-    }
-
-    fn linearize(&self, values: &Values) -> Option<LinearFactor> {
-        self.0.linearize(values)
-    }
-
-    fn kernel(&self) -> Kernel {
-        self.0.kernel()
-    }
-
-    fn information_scale(&self) -> f64 {
-        self.0.information_scale()
-    }
-
-    fn is_anchor(&self) -> bool {
-        self.0.is_anchor()
     }
 }
 

@@ -5,5 +5,7 @@
 mod calibration;
 mod exact;
 mod faults;
+mod jacobians;
 mod linear_world;
 mod shared;
+mod spatial;

@@ -17,7 +17,7 @@ fn folder() -> Option<PathBuf> {
     if !folder.is_dir() {
         let told =
             "SKIPPED: no cases of association; set VANTAGE_SHARED to a folder that holds data/association";
-        writeln!(std::io::stderr(), "{told}").unwrap();
+        let _ = writeln!(std::io::stderr(), "{told}");
     }
     folder.is_dir().then_some(folder)
 }

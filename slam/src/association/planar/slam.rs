@@ -203,6 +203,14 @@ impl PlanarSlam {
         self.hypotheses.settle()
     }
 
+    /// Brings all to the maxima.
+    ///
+    /// # Errors
+    /// If no hypothesis is left.
+    pub fn refine(&mut self) -> Result<(), AssociationError> {
+        self.hypotheses.refine()
+    }
+
     fn log_area(&self) -> f64 {
         libm::log(PI * self.noise.reach * self.noise.reach)
     }
