@@ -8,6 +8,8 @@
 //! | BigBIRD (Singh et al. 2014) | an image of one object on a turntable | [`bigbird::BigBirdWriter`] | [`bigbird::read_objects`] | |
 //! | Active Vision (Ammirato et al. 2017) | an image of a home, in a grid | [`avd::AvdWriter`] | [`avd::read_scan`] | |
 //! | g2o | a pose graph | [`g2o::encode`] | | g2o, GTSAM, Ceres, SE-Sync |
+//! | MH-iSAM2 (Hsiao & Kaess 2019) | an ambiguous measurement of the plane | | [`mh::read`] | |
+//! | Mu et al. 2016 | a track among objects of the plane | | [`mu::read`] | |
 //! | TUM | a pose | [`write_tum`](vantage_dataset::store::write_tum) | [`Trajectory::from_tum`] | evo, the TUM RGB-D tools |
 //!
 //! | module | what it holds |
@@ -38,6 +40,8 @@ mod import;
 mod lens;
 pub mod mat5;
 mod meeting;
+pub mod mh;
+pub mod mu;
 mod picture;
 mod rigid;
 mod rle;

@@ -26,12 +26,14 @@
 //! | marginal covariances | [`covariance`] |
 //! | the answer | [`posterior`], [`mod@estimate`] |
 //! | argmax and marginals after every step | [`online`], [`incremental`] |
+//! | which object was seen | [`association`] |
 //! | what is refused, and settings | [`input`], [`settings`] |
 //!
 //! The world frame is that of the robot's first pose, whose z axis points up. Tangents are rotation first,
 //! perturbations on the right (`T * Exp(xi)`). No ground truth comes in: the input is
 //! [`vantage_dataset::Observations`].
 
+pub mod association;
 pub mod bearing_offset;
 pub mod covariance;
 pub mod discrepancy;

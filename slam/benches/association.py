@@ -1,0 +1,131 @@
+"""Runs GTSAM's HybridSmoother on shuffled measurements of MH-iSAM2; see association.sh.
+
+association.py victoria FILE    FILE as `association shuffled` writes it
+association.py city FILE        every loop may be false
+
+After each choice it is updated and linearised anew, which is what makes it right; its upstream example does so more rarely. It keeps 10 hypotheses,
+as there, and fixes modes of a probability of .99. Start values come from the first mode of the shuffled file. Candidates of a landmark join all
+candidates, with zero derivatives for those that are not meant, since components must have the same keys.
+"""
+
+import statistics
+import sys
+import time
+
+import gtsam
+import numpy as np
+from gtsam import noiseModel, symbol
+
+LEAVES, FIXED = 10, 0.99
+VICTORIA = noiseModel.Diagonal.Sigmas(np.array([0.01, 0.002, 0.002]))
+POINT = noiseModel.Diagonal.Sigmas(np.array([0.4**0.5] * 2))
+CITY = noiseModel.Diagonal.Sigmas(np.array([1 / 30, 1 / 30, 1 / 100]))
+# Of the same density as a motion that is uniform within 3 m.
+NULL = noiseModel.Diagonal.Sigmas(np.array([10.0] * 3))
+START = noiseModel.Diagonal.Sigmas(np.array([1e-3] * 3))
+
+
+def lines(path):
+    """Kind, pose, candidates, whether it may be false, modes, and where the true candidate and mode stand."""
+    for text in open(path):
+        words = text.split()
+        kind, pose, count = words[0], int(words[1]), int(words[2])
+        candidates = [int(word) for word in words[3 : 3 + count]]
+        rest = words[3 + count :]
+        modes, numbers = int(rest[1]), rest[2:-2]
+        values = np.array(numbers, dtype=float).reshape(modes, -1)
+        yield kind, pose, candidates, rest[0] == "1", values, int(rest[-2]), int(rest[-1])
+
+
+def seen(robot, points, meant, measured):
+    """A factor of one of several points in the robot's frame."""
+
+    def error(this, values, jacobians):
+        pose, point = values.atPose2(robot), values.atPoint2(points[meant])
+        by_pose, by_point = np.zeros((2, 3), order="F"), np.zeros((2, 2), order="F")
+        there = pose.transformTo(point, by_pose, by_point)
+        if jacobians is not None:
+            jacobians[0] = by_pose
+            for i in range(len(points)):
+                jacobians[i + 1] = by_point if i == meant else np.zeros((2, 2), order="F")
+        return there - measured
+
+    return gtsam.CustomFactor(POINT, [robot, *points], error)
+
+
+class Run:
+    def __init__(self):
+        self.smoother = gtsam.HybridSmoother(FIXED)
+        self.graph, self.values = gtsam.HybridNonlinearFactorGraph(), gtsam.Values()
+        self.values.insert(symbol("x", 0), gtsam.Pose2())
+        self.graph.push_back(gtsam.PriorFactorPose2(symbol("x", 0), gtsam.Pose2(), START))
+        self.truth, self.seconds, self.start = [], [], time.process_time()
+
+    def pose(self, number):
+        return self.values.atPose2(symbol("x", number))
+
+    def choose(self, components, truth):
+        key = (symbol("m", len(self.truth)), len(components))
+        weighed = [(factor, factor.noiseModel().negLogConstant()) for factor in components]
+        self.graph.push_back(gtsam.HybridNonlinearFactor(key, weighed))
+        self.truth.append(truth)
+        start = time.process_time()
+        self.update()
+        self.seconds.append(time.process_time() - start)
+
+    def update(self):
+        self.smoother.update(self.graph, self.values, LEAVES)
+        self.smoother.relinearize()
+        self.graph = gtsam.HybridNonlinearFactorGraph()
+        self.values = self.smoother.linearizationPoint()
+
+    def finish(self):
+        self.update()
+        answer = self.smoother.optimize().discrete()
+        wrong = [i for i, truth in enumerate(self.truth) if answer[symbol("m", i)] != truth]
+        times = sorted(1e3 * second for second in self.seconds)
+        print(f"choices {len(self.truth)}\nwrong {len(wrong)} {wrong}\ncpu {time.process_time() - self.start:.2f}")
+        print(f"ms p50 {statistics.median(times):.2f}\nms p95 {times[int(0.95 * len(times))]:.2f}\nms max {times[-1]:.2f}")
+
+
+def victoria(path):
+    run, known = Run(), set()
+    for kind, pose, candidates, _, values, candidate, _ in lines(path):
+        robot = symbol("x", pose)
+        if kind == "POSE":
+            motion = gtsam.Pose2(*values[0])
+            run.graph.push_back(gtsam.BetweenFactorPose2(robot, symbol("x", candidates[0]), motion, VICTORIA))
+            run.values.insert(symbol("x", candidates[0]), run.pose(pose).compose(motion))
+            continue
+        points = [symbol("l", landmark) for landmark in candidates]
+        if len(candidates) == 1 and candidates[0] not in known:
+            known.add(candidates[0])
+            run.values.insert(points[0], run.pose(pose).transformFrom(values[0]))
+        factors = [seen(robot, points, i, values[0]) for i in range(len(points))]
+        if len(factors) == 1:
+            run.graph.push_back(factors[0])
+        else:
+            run.choose(factors, candidate)
+    run.finish()
+
+
+def city(path):
+    run = Run()
+    for _, pose, candidates, _, values, _, mode in lines(path):
+        ends = symbol("x", pose), symbol("x", candidates[0])
+        motions = [gtsam.Pose2(*value) for value in values]
+        factors = [gtsam.BetweenFactorPose2(*ends, motion, CITY) for motion in motions]
+        if abs(pose - candidates[0]) == 1:
+            run.values.insert(ends[1], run.pose(pose).compose(motions[0]))
+            if len(factors) == 1:
+                run.graph.push_back(factors[0])
+            else:
+                run.choose(factors, mode)
+        else:
+            run.choose([*factors, gtsam.BetweenFactorPose2(*ends, motions[0], NULL)], mode)
+    run.finish()
+
+
+if __name__ == "__main__":
+    case, path = sys.argv[1:]
+    {"victoria": victoria, "city": city}[case](path)
