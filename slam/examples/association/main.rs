@@ -1,12 +1,12 @@
 //! Association on cases of others with known truth: see `benches/association.sh`.
 //!
 //! ```text
-//! association victoria FILE SEED           MH-iSAM2's Victoria Park: 412 detections with two candidates
-//! association city FILE TRUTH SEED [LINES] City10000: odometry of two modes, every loop true or false; the first LINES lines
+//! association victoria FILE SEED            Victoria Park of MH-iSAM2: 412 detections with two candidates
+//! association city FILE TRUTH SEED [LINES]  City10000: odometry of two modes, every loop true or false; the first LINES lines
 //! association detachable FILE TRUTH SEED [LINES]  the same, of loops those alone that the file says may be false
-//! association shuffled FILE SEED LINES     the first LINES lines as shuffled, for others
-//! association mu FILE SEEDS                Mu's simulation at its noise of odometry and at three times that
-//! association generated SEEDS              worlds like it: what settings are chosen on
+//! association shuffled FILE SEED LINES      the first LINES lines as shuffled, for others
+//! association mu FILE SEEDS                 Mu's simulation at its noise of odometry and at three times that
+//! association generated SEEDS               worlds like it: what settings are chosen on
 //! ```
 //!
 //! Candidates are shuffled by the seed. Numbers are printed one a line, after a name. Times are of the processor.
@@ -24,6 +24,9 @@ use vantage_dataset::Seed;
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
 
+const USAGE: &str = "usage: association victoria FILE SEED | city FILE TRUTH SEED [LINES] | \
+                     detachable FILE TRUTH SEED [LINES] | shuffled FILE SEED LINES | mu FILE SEEDS | generated SEEDS";
+
 /// What went wrong.
 type Failure = Box<dyn std::error::Error>;
 
@@ -35,12 +38,9 @@ fn main() -> Result<(), Failure> {
             let lines = lines.first().map_or(Ok(usize::MAX), |lines| lines.parse())?;
             mh::city(Path::new(file), Path::new(truth), Seed(seed.parse()?), lines, case == "city")
         }
-        ["shuffled", file, seed, lines] => {
-            mh::shuffled(Path::new(file), Seed(seed.parse()?), lines.parse()?)
-        }
+        ["shuffled", file, seed, lines] => mh::shuffled(Path::new(file), Seed(seed.parse()?), lines.parse()?),
         ["mu", file, seeds] => objects::mu(Path::new(file), seeds.parse()?),
         ["generated", seeds] => objects::generated(seeds.parse()?),
-        _ => Err("usage: association victoria FILE SEED | association city FILE TRUTH SEED [LINES] | association detachable FILE TRUTH SEED [LINES] | association shuffled FILE SEED LINES | association mu FILE SEEDS | \
-                  association generated SEEDS".into()),
+        _ => Err(USAGE.into()),
     }
 }
