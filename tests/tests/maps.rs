@@ -1,5 +1,7 @@
 //! `bench map`, and a scene that varies: every cell is run, scored and drawn, and what cannot be is refused before anything runs.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
 use std::fs;
 use vantage_eval::command::MAP_FILE;
 use vantage_eval::result::metric::Metric;
