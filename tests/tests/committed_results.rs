@@ -187,9 +187,9 @@ fn only_the_gains_on_which_seeds_agree_are_told() {
         answer(table, learned).unwrap()
     };
     for (scene, expected) in [
-        ("sparse_loop", "lowers the mean ATE of geometric by 0.0906 m"),
+        ("sparse_loop", "lowers the mean ATE of geometric by 0.0891 m"),
         ("sparse_loop_predictive", "lowers the mean ATE of geometric by 0.0807 m"),
-        ("sparse_loop_noisy", "holds 0"),
+        ("sparse_loop_noisy", "the seeds disagree"),
         ("corridor", "holds 0"),
     ] {
         assert!(said(scene).contains(expected), "{scene}: {}", said(scene));
