@@ -78,6 +78,16 @@ impl Damping {
         }
     }
 
+    /// Frees all variables in the tree, so that its marginals are those of the factors alone; [`Damping::restore`] goes on.
+    pub fn lift(&self, tree: &mut Tree) {
+        self.0.keys().for_each(|&variable| tree.damp(variable, 0.0));
+    }
+
+    /// Damps again what was before [`Damping::lift`].
+    pub fn restore(&self, tree: &mut Tree) {
+        self.0.iter().for_each(|(&variable, &damping)| tree.damp(variable, damping));
+    }
+
     /// Damps all variables less, those that hardly were not at all.
     pub fn relax(&mut self, tree: &mut Tree) {
         self.0.retain(|&variable, damping| {

@@ -116,6 +116,7 @@ impl<'m> Smoother<'m> {
     fn update_within(&mut self, thresholds: Thresholds) -> Result<Update, Indefinite> {
         let Thresholds { relinearization: limit, propagation, rounds } = thresholds;
         let mut update = Update::default();
+        self.damping.restore(&mut self.tree);
         for round in 0.. {
             for term in std::mem::take(&mut self.waiting) {
                 update.relinearized += usize::from(self.relinearize(term, limit));
@@ -129,6 +130,10 @@ impl<'m> Smoother<'m> {
             if !update.is_unfinished || round + 1 >= rounds {
                 break;
             }
+        }
+        if !self.damping.is_none() {
+            self.damping.lift(&mut self.tree);
+            self.tree.factorize()?;
         }
         Ok(update)
     }
@@ -212,7 +217,7 @@ impl<'m> Smoother<'m> {
         due
     }
 
-    /// The covariance of a variable's right perturbation, too small while variables near it are damped; `None` of what is not there.
+    /// The covariance of a variable's right perturbation; `None` of what is not there.
     pub fn covariance(&self, key: Key) -> Option<DMatrix<f64>> {
         let variable = *self.index.get(&key)?;
         let covariance = self.tree.covariance(variable)?;
