@@ -1,48 +1,64 @@
-//! Coordinates of a variable about a fixed value.
+//! Coordinates of a variable: the sum of the steps that it was moved by.
+//!
+//! A pose's steps are right perturbations, and a point's are in the frame of a robot that saw it. So a factor keeps its derivatives when the
+//! robot, and all that it sees, move alike, as they do where a loop closes. With coordinates about a fixed base, terms made before such a
+//! motion and after it would tell of a heading that no factor tells.
 
-use crate::se3_jacobian::right_jacobian_inverse;
-use crate::variable::{Key, Value};
-use nalgebra::{DMatrix, Matrix6};
-use vantage_dataset::Tangent;
+use crate::variable::{Key, Value, Values};
+use nalgebra::{DMatrix, DVector};
 
-/// Turn, radians, from which on a pose gets a new chart: the exponential's derivative is singular at a whole turn.
-const LARGEST_TURN: f64 = 0.7;
-
-/// A variable as `base` moved by coordinates, which are 0 at the base.
+/// A variable, and where its value was made.
 #[derive(Clone, Debug)]
 pub struct Chart {
     /// Its name.
     pub key: Key,
-    /// Where the coordinates are 0.
-    pub base: Value,
+    /// The robot in whose frame a point moves; the world where there is none.
+    anchor: Option<Key>,
+    /// Where its value is.
+    coordinates: Vec<f64>,
 }
 
 impl Chart {
-    /// The value at some coordinates.
-    pub fn at(&self, coordinates: &[f64]) -> Value {
-        self.base.retract(coordinates)
+    /// At coordinates 0.
+    pub fn new(key: Key, dim: usize) -> Self {
+        Self { key, anchor: None, coordinates: vec![0.0; dim] }
     }
 
-    /// A derivative `[n x dim]` by the right perturbation, as one by the coordinates; both are the same but for poses.
-    pub fn by_coordinates(&self, derivative: DMatrix<f64>, coordinates: &[f64]) -> DMatrix<f64> {
-        if !matches!(self.base, Value::Pose(_)) || coordinates.iter().all(|x| *x == 0.0) {
-            return derivative;
+    /// Has a point move in the frame of one of these, the first time.
+    pub fn anchor(&mut self, value: &Value, keys: &[Key]) {
+        if matches!(value, Value::Point(_)) && self.anchor.is_none() {
+            self.anchor = keys.iter().copied().find(|key| matches!(key, Key::Robot(_)));
         }
-        let inverse = right_jacobian_inverse(&Tangent::from_column_slice(coordinates));
-        match inverse.try_inverse() {
-            Some(right_jacobian) => multiplied(&derivative, &right_jacobian),
+    }
+
+    /// The value at other coordinates, where all others are at `values`; `None` of what is not there.
+    pub fn advance(&mut self, coordinates: &[f64], values: &Values) -> Option<Value> {
+        let moved = coordinates.iter().zip(&self.coordinates).map(|(now, before)| now - before);
+        let mut step = DVector::from_iterator(coordinates.len(), moved);
+        if let Some(axes) = self.axes(values) {
+            step = axes * step;
+        }
+        self.coordinates.copy_from_slice(coordinates);
+        Some(values.get(self.key)?.retract(step.as_slice()))
+    }
+
+    /// Its value was taken back to where it was at these coordinates.
+    pub fn take_back(&mut self, coordinates: &[f64]) {
+        self.coordinates.copy_from_slice(coordinates);
+    }
+
+    /// A derivative `[n x dim]` by the right perturbation, or by a point in the world, as one by the coordinates.
+    pub fn by_coordinates(&self, derivative: DMatrix<f64>, values: &Values) -> DMatrix<f64> {
+        match self.axes(values) {
+            Some(axes) => derivative * axes,
             None => derivative,
         }
     }
 
-    /// Whether the coordinates are too far from the base.
-    pub fn is_left(&self, coordinates: &[f64]) -> bool {
-        matches!(self.base, Value::Pose(_))
-            && Tangent::from_column_slice(coordinates).fixed_rows::<3>(0).norm() > LARGEST_TURN
+    /// The axes of a point's coordinates in the world, `[3 x 3]`; `None` where they are the world's, and of all others.
+    pub fn axes(&self, values: &Values) -> Option<DMatrix<f64>> {
+        let robot = values.pose(self.anchor?)?;
+        let rotation = robot.rotation.to_rotation_matrix();
+        Some(DMatrix::from_column_slice(3, 3, rotation.matrix().as_slice()))
     }
-}
-
-fn multiplied(left: &DMatrix<f64>, right: &Matrix6<f64>) -> DMatrix<f64> {
-    let product = left * right;
-    DMatrix::from_column_slice(left.nrows(), 6, product.as_slice())
 }

@@ -58,8 +58,8 @@ impl<'m> Smoother<'m> {
         };
         let variable = self.tree.add_variable(value.dim(), place);
         self.index.insert(key, variable);
-        self.values.insert(key, value.clone());
-        self.charts.push(Chart { key, base: value });
+        self.charts.push(Chart::new(key, value.dim()));
+        self.values.insert(key, value);
     }
 
     /// Adds the factors of a graph, and variables that `first` has and that are new; returns the number of factors left out, since they
@@ -70,6 +70,9 @@ impl<'m> Smoother<'m> {
             for &key in factor.keys() {
                 if let (false, Some(value)) = (self.index.contains_key(&key), first.get(key)) {
                     self.add_variable(key, value.clone());
+                }
+                if let (Some(&variable), Some(value)) = (self.index.get(&key), self.values.get(key)) {
+                    self.charts[variable].anchor(value, factor.keys());
                 }
             }
             match self.linearize(&*factor) {
@@ -124,23 +127,22 @@ impl<'m> Smoother<'m> {
             self.tree.factorize()?;
             let solved = self.tree.solve(propagation);
             update.solved += solved.moved.len();
+            let is_held = !self.damping.is_none();
             let is_taken = self.judge(&solved, limit);
-            self.rebase(&solved.moved);
-            update.is_unfinished = !is_taken || !self.damping.is_none() || !self.waiting.is_empty();
+            update.is_unfinished =
+                !is_taken || is_held || !self.damping.is_none() || !self.waiting.is_empty();
             if !update.is_unfinished || round + 1 >= rounds {
                 break;
             }
         }
-        if !self.damping.is_none() {
-            self.damping.lift(&mut self.tree);
-            self.tree.factorize()?;
-        }
+        self.damping.lift(&mut self.tree);
+        self.tree.factorize()?;
         Ok(update)
     }
 
     /// Takes a solution if that lowers the cost, and goes back to where it was if not; what is to be linearised anew waits.
     fn judge(&mut self, solved: &Solved, limit: f64) -> bool {
-        self.show(&solved.moved);
+        let before = self.show(&solved.moved);
         let due = self.due(&solved.moved);
         let looks: Vec<(usize, Option<Look>)> =
             due.into_iter().map(|term| (term, self.look(term, limit))).collect();
@@ -149,7 +151,7 @@ impl<'m> Smoother<'m> {
         match judge(solved.decrease, off.iter().map(|(_, look)| look.excess)) {
             Verdict::Refused => {
                 self.tree.take_back(&solved.moved);
-                self.show(&solved.moved);
+                self.take_back(before);
                 self.refuse(&off);
                 return false;
             }
@@ -185,11 +187,30 @@ impl<'m> Smoother<'m> {
         self.damping.raise(&mut self.tree, &fresh);
     }
 
-    /// Has the values of variables that moved follow the solution.
-    fn show(&mut self, moved: &[(usize, f64)]) {
+    /// Has the values of variables that moved follow the solution; returns what they were.
+    fn show(&mut self, moved: &[(usize, f64)]) -> Vec<(usize, Value)> {
+        let Self { tree, charts, values, .. } = self;
+        let mut before = Vec::with_capacity(moved.len());
+        let mut now = Vec::with_capacity(moved.len());
         for &(variable, _) in moved {
-            let chart = &self.charts[variable];
-            self.values.insert(chart.key, chart.at(self.tree.solution(variable)));
+            let chart = &mut charts[variable];
+            if let (Some(value), Some(of)) =
+                (chart.advance(tree.solution(variable), values), values.get(chart.key))
+            {
+                before.push((variable, of.clone()));
+                now.push((chart.key, value));
+            }
+        }
+        now.into_iter().for_each(|(key, value)| values.insert(key, value));
+        before
+    }
+
+    /// Has values be what they were before they followed the solution, which was taken back.
+    fn take_back(&mut self, before: Vec<(usize, Value)>) {
+        for (variable, value) in before {
+            let chart = &mut self.charts[variable];
+            chart.take_back(self.tree.solution(variable));
+            self.values.insert(chart.key, value);
         }
     }
 
@@ -217,30 +238,16 @@ impl<'m> Smoother<'m> {
         due
     }
 
-    /// The covariance of a variable's right perturbation; `None` of what is not there.
+    /// The covariance of a variable's right perturbation, of a point in the world; `None` of what is not there.
     pub fn covariance(&self, key: Key) -> Option<DMatrix<f64>> {
         let variable = *self.index.get(&key)?;
         let covariance = self.tree.covariance(variable)?;
-        let (n, coordinates) = (covariance.nrows(), self.tree.solution(variable));
+        let n = covariance.nrows();
         let by_coordinates = DMatrix::from_fn(n, n, |i, j| (covariance[(i, j)] + covariance[(j, i)]) / 2.0);
-        let chart = &self.charts[variable];
-        // d perturbation / d coordinates is the inverse of what `by_coordinates` multiplies with.
-        let outward = chart.by_coordinates(DMatrix::identity(n, n), coordinates);
-        Some(&outward * by_coordinates * outward.transpose())
-    }
-
-    /// Poses that have turned too far get a chart about where they are.
-    fn rebase(&mut self, moved: &[(usize, f64)]) {
-        for &(variable, _) in moved {
-            if !self.charts[variable].is_left(self.tree.solution(variable)) {
-                continue;
-            }
-            let Some(value) = self.values.get(self.charts[variable].key) else { continue };
-            self.charts[variable].base = value.clone();
-            self.tree.set_solution(variable, &vec![0.0; value.dim()]);
-            let terms: Vec<usize> = self.tree.terms_of(variable).collect();
-            self.waiting.extend(terms);
-        }
+        Some(match self.charts[variable].axes(&self.values) {
+            Some(axes) => &axes * by_coordinates * axes.transpose(),
+            None => by_coordinates,
+        })
     }
 
     /// Linearises a factor anew; it is looked at again once its residual may be off by `limit`.
@@ -265,7 +272,7 @@ impl<'m> Smoother<'m> {
         for (key, jacobian) in factor.keys().iter().zip(jacobians) {
             let variable = *self.index.get(key)?;
             let coordinates = self.tree.solution(variable);
-            let jacobian = self.charts[variable].by_coordinates(jacobian, coordinates) * root;
+            let jacobian = self.charts[variable].by_coordinates(jacobian, &self.values) * root;
             constant -= &jacobian * DVector::from_column_slice(coordinates);
             term.variables.push(variable);
             term.jacobians.push(jacobian);

@@ -163,6 +163,28 @@ fn each_step_has_the_estimate_of_an_episode_that_ends_there() {
     }
 }
 
+/// Steps that lower no cost are damped, and what is damped tells nothing of its marginals.
+#[test]
+fn no_step_promises_more_than_its_factors_tell() {
+    let spec = WorldSpec::sparse_loop();
+    for seed in 0..3 {
+        let world = World::new(&spec, Some(&model()), Seed(seed));
+        let estimator = Geometric::new(&matching_settings(&spec));
+        let mut online = online(&estimator, &world.observations);
+        for (step, new) in StepObservations::of(&world.observations).into_iter().enumerate() {
+            online.advance(new).unwrap();
+            let before = online.pose_covariance(step).unwrap();
+            // All is linearised anew, and factorised.
+            online.settle(1e-6, 20).unwrap();
+            let after = online.pose_covariance(step).unwrap();
+            for i in 0..6 {
+                let ratio = before[(i, i)] / after[(i, i)];
+                assert!((ratio - 1.0).abs() < 0.05, "seed {seed}, step {step}, number {i}: {ratio}");
+            }
+        }
+    }
+}
+
 #[test]
 fn what_is_refused_leaves_the_posterior_as_it_was() {
     let spec = WorldSpec::sparse_loop();

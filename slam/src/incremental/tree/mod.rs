@@ -183,12 +183,6 @@ impl Tree {
         &self.solution[self.variables[variable].span()]
     }
 
-    /// Sets the numbers of a variable; its terms are to be replaced.
-    pub fn set_solution(&mut self, variable: usize, numbers: &[f64]) {
-        let span = self.variables[variable].span();
-        self.solution[span].copy_from_slice(numbers);
-    }
-
     fn object_of(&self, term: &Term) -> Option<usize> {
         term.variables.iter().find_map(|&variable| match self.variables[variable].place {
             Place::Object(object) => Some(object),
