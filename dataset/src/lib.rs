@@ -14,6 +14,7 @@
 //! | [`viewpoint`] | the allocentric viewpoint `x_rel` and its derivative | 10 |
 //! | [`sighting`], [`ray`] | viewpoints by odometry and boxes alone; where lines of sight meet | 16-19 |
 //! | [`instance`], [`views`], [`mod@episode_views`] | instances, their splits and symmetries; sets of views to train on | 12-14 |
+//! | [`tracklets`] | observations that do not tell which object a detection is of | |
 //! | [`sample`], [`capture`] | labelled crops and whole images, for formats of others | |
 //! | [`se3`], [`median`], [`rule`], [`seed`], [`widest`], [`jpeg`] | SE(3); medians; rules of settings; named random streams; vector instructions; whether a JPEG is whole | |
 //! | [`store`] | episodes and view sets on disk; the cache of stages | |
@@ -38,6 +39,7 @@ pub mod se3;
 pub mod seed;
 pub mod sighting;
 pub mod store;
+pub mod tracklets;
 pub mod viewpoint;
 pub mod views;
 pub mod widest;
@@ -57,5 +59,6 @@ pub use sample::Sample;
 pub use se3::{Pose, Tangent};
 pub use seed::{Seed, Stream};
 pub use sighting::Sighting;
+pub use tracklets::Tracklets;
 pub use viewpoint::Viewpoint;
 pub use views::{View, ViewSet};

@@ -27,6 +27,7 @@
 //! | the answer | [`posterior`], [`mod@estimate`] |
 //! | argmax and marginals after every step | [`online`], [`incremental`] |
 //! | which object was seen | [`association`] |
+//! | which tracklets are of one object: one file an associator | [`mod@associator`] |
 //! | what is refused, and settings | [`input`], [`settings`] |
 //!
 //! The world frame is that of the robot's first pose, whose z axis points up. Tangents are rotation first,
@@ -34,6 +35,7 @@
 //! [`vantage_dataset::Observations`].
 
 pub mod association;
+pub mod associator;
 pub mod bearing_offset;
 pub mod covariance;
 pub mod discrepancy;
@@ -63,6 +65,7 @@ pub mod unknown_object;
 pub mod variable;
 pub mod yaw;
 
+pub use associator::{Association, Associator, Separate, WeightedPartition};
 pub use estimate::{
     Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
     UnresolvedReason,
