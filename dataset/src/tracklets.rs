@@ -10,14 +10,15 @@ use std::collections::BTreeMap;
 pub struct Tracklets {
     observations: Observations,
     count: usize,
+    gap: usize,
 }
 
 impl Tracklets {
-    /// Detections joined while an object stays in view, with gaps of less than `gap` steps: the association between consecutive frames that
+    /// Detections joined while an object stays in view, at most `gap` steps apart: the association between consecutive frames that
     /// the paper takes for granted. Also returns, of each detection, its number among those of `given`, which only scoring may read.
     pub fn joined(given: &Observations, gap: usize) -> (Self, Vec<usize>) {
         let mut open: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
-        Self::numbered(given, |detection, next| {
+        Self::numbered(given, gap, |detection, next| {
             let last = open.get(&detection.track).filter(|(step, _)| detection.step - step <= gap);
             let tracklet = last.map_or(next, |(_, tracklet)| *tracklet);
             open.insert(detection.track, (detection.step, tracklet));
@@ -27,12 +28,13 @@ impl Tracklets {
 
     /// Detections alone: each is a tracklet. Returns what [`Tracklets::joined`] does.
     pub fn alone(given: &Observations) -> (Self, Vec<usize>) {
-        Self::numbered(given, |_, next| next)
+        Self::numbered(given, 0, |_, next| next)
     }
 
     /// The tracklet of a detection by `tracklet`, which is told the number of the next new one.
     fn numbered(
         given: &Observations,
+        gap: usize,
         mut tracklet: impl FnMut(&Detection, usize) -> usize,
     ) -> (Self, Vec<usize>) {
         let mut order: Vec<usize> = (0..given.detections.len()).collect();
@@ -53,12 +55,17 @@ impl Tracklets {
             count = count.max(track + 1);
             detections.push(Detection { track, ..detection.clone() });
         }
-        (Self { observations: Observations { detections, ..given.clone() }, count }, order)
+        (Self { observations: Observations { detections, ..given.clone() }, count, gap }, order)
     }
 
     /// What is observed; tracks are tracklets.
     pub fn observations(&self) -> &Observations {
         &self.observations
+    }
+
+    /// Most steps between detections of a tracklet; 0 where each is one detection.
+    pub fn gap(&self) -> usize {
+        self.gap
     }
 
     /// Number of tracklets.

@@ -271,9 +271,9 @@ fn by_hypotheses(
     let mut hypotheses = Hypotheses::new(SharedSmoother::new(Thresholds::default()), Limits::default());
     let mut sensing = Sensing::new(world.sensor);
     for (step, frame) in frames.iter().enumerate() {
-        hypotheses.observe(|estimator| match step {
+        hypotheses.observe(|hypothesis| match step {
             0 => first_pose(),
-            _ => next_pose(estimator, step, odometry[step - 1], deviations),
+            _ => next_pose(hypothesis.estimator(), step, odometry[step - 1], deviations),
         })?;
         hypotheses.choose(|hypothesis| sensing.frame(hypothesis, step, frame))?;
         sensing.look(step, frame);

@@ -57,16 +57,19 @@ impl<E> Hypotheses<E> {
         self.hypotheses.iter().filter(takes).map(Hypothesis::weight).sum()
     }
 
-    /// Takes in what is certain; `addition` may depend on the estimate of each hypothesis.
+    /// Takes in what is certain; `addition` may depend on each hypothesis.
     ///
     /// # Errors
     /// If no hypothesis can take it in.
-    pub fn observe<'m>(&mut self, addition: impl Fn(&E) -> Addition<'m>) -> Result<(), AssociationError>
+    pub fn observe<'m>(
+        &mut self,
+        addition: impl Fn(&Hypothesis<E>) -> Addition<'m>,
+    ) -> Result<(), AssociationError>
     where
         E: LocalEstimator<'m>,
     {
         self.keep_solved(|hypothesis| {
-            let addition = addition(&hypothesis.estimator);
+            let addition = addition(hypothesis);
             hypothesis.estimator.add(&addition)
         })
     }

@@ -277,8 +277,11 @@ impl<'m> LocalEstimator<'m> for SharedSmoother<'m> {
     fn update(&mut self) -> Result<(), Unsolved> {
         let before = self.variables.clone();
         for _ in 0..self.thresholds.rounds {
-            if self.step()? {
-                return Ok(());
+            match self.step() {
+                Ok(true) => return Ok(()),
+                Ok(false) => {}
+                // Whole steps may lead to where nothing is defined.
+                Err(_) => break,
             }
         }
         self.solve_all(before)

@@ -2,8 +2,16 @@
 //!
 //! A new one is a file here.
 
+mod encoded;
+mod hypothesizing;
+mod likeness;
+mod scan;
+mod sensing;
 mod separate;
 
+pub use encoded::{Encoded, EncodedSettings};
+pub use hypothesizing::{AssociationSettings, Hypothesizing};
+pub use likeness::{Blind, Likeness};
 pub use separate::Separate;
 
 use crate::input::EstimateError;

@@ -70,8 +70,8 @@ fn run(case: &Case, seed: u64) -> Answer {
             addition =
                 addition.with(PlanarBetween::new(Key::Robot(step - 1), key, measured, whitening(ODOMETRY)));
             hypotheses
-                .observe(|estimator| {
-                    let first = pose(estimator, step - 1).unwrap().then(measured);
+                .observe(|hypothesis| {
+                    let first = pose(hypothesis.estimator(), step - 1).unwrap().then(measured);
                     addition.clone().with_variable(key, first.to_value())
                 })
                 .unwrap();

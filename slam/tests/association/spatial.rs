@@ -47,8 +47,10 @@ fn grown(thresholds: Thresholds, limits: Limits) -> Hypotheses<SharedSmoother<'s
     hypotheses.observe(|_| first.clone()).unwrap();
     for (step, motion) in motions().into_iter().enumerate() {
         hypotheses
-            .observe(|estimator| {
-                let Some(Value::Pose(pose)) = estimator.value(Key::Robot(step)) else { panic!("no pose") };
+            .observe(|hypothesis| {
+                let Some(Value::Pose(pose)) = hypothesis.estimator().value(Key::Robot(step)) else {
+                    panic!("no pose")
+                };
                 let next = Value::Pose(pose * motion);
                 Addition::default().with_variable(Key::Robot(step + 1), next).with(between(
                     step,

@@ -107,7 +107,7 @@ impl PlanarSlam {
         };
         self.poses.insert(*to);
         if let ([mode], false) = (modes.as_slice(), is_detachable) {
-            return self.hypotheses.observe(|estimator| addition(estimator, *mode));
+            return self.hypotheses.observe(|hypothesis| addition(hypothesis.estimator(), *mode));
         }
         let false_share = if *is_detachable { self.noise.false_share } else { 0.0 };
         let log_share = libm::log((1.0 - false_share) / modes.len() as f64);
@@ -152,8 +152,15 @@ impl PlanarSlam {
             if let [landmark] = candidates.as_slice() {
                 taken.insert(*landmark);
                 let is_new = self.landmarks.insert(*landmark);
-                self.hypotheses.observe(|estimator| {
-                    sighting(estimator, from, *landmark, *measured, is_new, &self.point_information)
+                self.hypotheses.observe(|hypothesis| {
+                    sighting(
+                        hypothesis.estimator(),
+                        from,
+                        *landmark,
+                        *measured,
+                        is_new,
+                        &self.point_information,
+                    )
                 })?;
             }
         }

@@ -1,0 +1,247 @@
+//! Who is who in simulated worlds: tracklets whose objects nobody names.
+
+use crate::model::TanhModel;
+use crate::world::{World, WorldSpec, matching_settings};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use vantage_dataset::{Observations, Seed, Tracklets};
+use vantage_slam::associator::{
+    Association, AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Hypothesizing, Likeness,
+    Separate,
+};
+use vantage_slam::problem::Problem;
+use vantage_slam::sighting::Sighting;
+use vantage_slam::variable::{Value, Values};
+use vantage_slam::{EstimateError, Estimator, Geometric, Key};
+
+const GAP: usize = 3;
+/// The encoder of these worlds is linear in a model that is not: it errs by more than it says.
+const LIKENESS: EncodedSettings = EncodedSettings { views: 8, latent_exponent: 0.02, side_exponent: 0.1 };
+
+fn model() -> TanhModel {
+    TanhModel::new([6, 12, 24], 0.03, 8.0, Seed(5))
+}
+
+fn settings(spec: &WorldSpec) -> AssociationSettings {
+    // Objects of these worlds are larger than those of scenes.
+    let size = World::new(spec, None, Seed(99)).sizes.iter().sum::<f64>() / spec.objects as f64;
+    AssociationSettings { size, ..AssociationSettings::default() }
+}
+
+/// Objects numbered by their first tracklets.
+fn named(objects: &[Option<usize>]) -> Vec<Option<usize>> {
+    let mut names = BTreeMap::new();
+    let name = |object: &Option<usize>| {
+        object.map(|object| {
+            let next = names.len();
+            *names.entry(object).or_insert(next)
+        })
+    };
+    objects.iter().map(name).collect()
+}
+
+/// The true object of each tracklet.
+fn truth(given: &Observations, tracklets: &Tracklets, order: &[usize]) -> Vec<Option<usize>> {
+    let mut objects = vec![None; tracklets.count()];
+    for (detection, number) in tracklets.observations().detections.iter().zip(order) {
+        objects[detection.track] = Some(given.detections[*number].track);
+    }
+    objects
+}
+
+fn associate(associator: &impl Associator, given: &Observations) -> (Association, bool) {
+    let (tracklets, order) = Tracklets::joined(given, GAP);
+    let association = associator.associate(&tracklets).unwrap();
+    let truth = truth(given, &tracklets, &order);
+    // What is never seen whole has no bearing.
+    let is_whole = |tracklet: usize| {
+        let mut detections = tracklets.observations().detections.iter();
+        detections.any(|d| d.track == tracklet && !d.bounding_box.is_truncated(&given.camera))
+    };
+    let whole: Vec<usize> = (0..tracklets.count()).filter(|tracklet| is_whole(*tracklet)).collect();
+    let of = |objects: &[Option<usize>]| named(&whole.iter().map(|t| objects[*t]).collect::<Vec<_>>());
+    let is_right = of(association.objects()) == of(&truth);
+    (association, is_right)
+}
+
+#[test]
+fn geometry_tells_objects_apart_where_drift_is_small() {
+    let spec = WorldSpec { odometry_sigma: [0.003, 0.005], ..WorldSpec::sparse_loop() };
+    for seed in 0..4 {
+        let given = World::new(&spec, None, Seed(seed)).observations;
+        let blind = Hypothesizing::new(&matching_settings(&spec), settings(&spec), Blind);
+        let (association, is_right) = associate(&blind, &given);
+        assert!(is_right, "seed {seed}: {:?}", association.objects());
+        let weights: f64 = association.hypotheses.iter().map(|h| h.weight).sum();
+        assert!((weights - 1.0).abs() < 1e-9 && association.times.len() == given.steps());
+        let (_, is_right) = associate(&Separate, &given);
+        assert!(!is_right, "seed {seed}: an object is seen again");
+    }
+}
+
+#[test]
+fn an_answer_that_is_right_gives_the_estimate_of_given_association() {
+    let spec = WorldSpec::sparse_loop();
+    let given = World::new(&spec, None, Seed(1)).observations;
+    let estimator = Geometric::new(&matching_settings(&spec));
+    let blind = Hypothesizing::new(&matching_settings(&spec), settings(&spec), Blind);
+    let (tracklets, _) = Tracklets::joined(&given, GAP);
+    let found = tracklets.associated(blind.associate(&tracklets).unwrap().objects());
+    let (told, found) = (estimator.estimate(&given).unwrap(), estimator.estimate(&found).unwrap());
+    for (a, b) in told.world_from_robot.iter().zip(&found.world_from_robot) {
+        assert!((a.translation.vector - b.translation.vector).norm() < 1e-6);
+    }
+}
+
+#[test]
+fn crops_that_say_nothing_change_no_weight() {
+    let spec = WorldSpec::sparse_loop();
+    let model = model();
+    let given = World::new(&spec, Some(&model), Seed(2)).observations;
+    let silent = EncodedSettings { latent_exponent: 0.0, side_exponent: 0.0, ..LIKENESS };
+    let (estimator, own) = (matching_settings(&spec), settings(&spec));
+    let (a, _) = associate(&Hypothesizing::new(&estimator, own, Blind), &given);
+    let (b, _) = associate(&Hypothesizing::new(&estimator, own, Encoded::new(&model, silent)), &given);
+    assert_eq!(a.hypotheses.len(), b.hypotheses.len());
+    for (a, b) in a.hypotheses.iter().zip(&b.hypotheses) {
+        assert_eq!(a.objects, b.objects);
+        assert!((a.weight - b.weight).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn crops_tell_objects_apart_that_drift_mixes_up() {
+    let spec = WorldSpec { odometry_sigma: [0.05, 0.02], semantic_sigma: 0.3, ..WorldSpec::sparse_loop() };
+    let model = TanhModel::new([6, 12, 24], 0.3, 8.0, Seed(5));
+    let (estimator, own) = (matching_settings(&spec), settings(&spec));
+    let (mut blind, mut seeing) = (0, 0);
+    for seed in 0..30 {
+        let given = World::new(&spec, Some(&model), Seed(seed)).observations;
+
+        blind += usize::from(associate(&Hypothesizing::new(&estimator, own, Blind), &given).1);
+        let encoded =
+            Encoded::new(&model, EncodedSettings { views: 8, latent_exponent: 0.3, side_exponent: 0.3 });
+        seeing += usize::from(associate(&Hypothesizing::new(&estimator, own, encoded), &given).1);
+    }
+    println!("right on 30 seeds: {blind} without crops, {seeing} with them");
+    assert!(blind + 4 <= seeing, "{blind} without crops, {seeing} with them");
+}
+
+#[test]
+fn a_likeness_turns_with_its_frames_and_knows_no_order() {
+    let spec = WorldSpec { laps: 2.0, ..WorldSpec::sparse_loop() }.noiseless();
+    let model = model();
+    let world = World::new(&spec, Some(&model), Seed(3));
+    let settings = matching_settings(&spec);
+    let (tracklets, order) = Tracklets::joined(&world.observations, GAP);
+    let truth = truth(&world.observations, &tracklets, &order);
+    let encoded = Encoded::new(&model, LIKENESS);
+    let observations = tracklets.observations();
+    let problem = Problem { observations, settings: &settings.geometry };
+    let read = |tracklet: usize| {
+        let object = truth[tracklet].unwrap();
+        let numbered = observations.detections.iter().enumerate();
+        let sightings: Vec<Sighting> = numbered
+            .filter(|(_, detection)| detection.track == tracklet)
+            .filter_map(|(index, detection)| Sighting::new(&observations.camera, index, detection))
+            .collect();
+        let mut values = Values::default();
+        let place = world.world_from_object[object].translation.vector;
+        values.insert(Key::Object(0), Value::Point(place));
+        for sighting in &sightings {
+            values.insert(Key::Robot(sighting.step), Value::Pose(world.world_from_robot[sighting.step]));
+        }
+        (object, encoded.read(&problem, &values, &sightings).unwrap())
+    };
+    let readings: Vec<_> =
+        (0..tracklets.count()).map(read).filter(|(_, reading)| reading.is_some()).collect();
+    let (mut same, mut other) = (0, 0);
+    for (i, (a, first)) in readings.iter().enumerate() {
+        assert!(encoded.log_ratio(&[(first, 0.3)]).abs() < 1e-9);
+        for (b, second) in &readings[..i] {
+            let ratio = encoded.log_ratio(&[(first, 0.0), (second, 0.0)]);
+            let swapped = encoded.log_ratio(&[(second, 0.0), (first, 0.0)]);
+            let turned = encoded.log_ratio(&[(first, PI / 2.0), (second, PI / 2.0)]);
+            assert!((ratio - swapped).abs() < 1e-9 && (ratio - turned).abs() < 1e-9);
+            if a == b {
+                assert!(ratio > 0.5, "object {a}: {ratio}");
+                let apart = encoded.log_ratio(&[(first, 0.0), (second, PI / 2.0)]);
+                assert!(apart < ratio - 0.5, "object {a} turned by a quarter: {apart} for {ratio}");
+                same += 1;
+            } else {
+                assert!(ratio < -2.0, "objects {a} and {b}: {ratio}");
+                other += 1;
+            }
+        }
+    }
+    assert!(same >= 4 && other >= 20, "{same} and {other} pairs");
+}
+
+#[test]
+fn detections_of_nothing_no_objects_and_two_at_one_place_end_well() {
+    let spec = WorldSpec::sparse_loop();
+    let (estimator, own) = (matching_settings(&spec), settings(&spec));
+    let blind = |clutter| Hypothesizing::new(&estimator, AssociationSettings { clutter, ..own }, Blind);
+
+    let mut empty = World::new(&spec, None, Seed(1)).observations;
+    empty.detections.clear();
+    let (nothing, _) = associate(&blind(1e-3), &empty);
+    assert_eq!(nothing.objects(), &[] as &[Option<usize>]);
+
+    // Three of ten detections are of nothing, anywhere in the image.
+    let mut littered = World::new(&spec, None, Seed(1)).observations;
+    let mut stream = Seed(7).stream("litter", 0);
+    let real = littered.detections.len();
+    for number in 0..real * 3 / 7 {
+        let mut detection = littered.detections[stream.below(real)].clone();
+        let moved = nalgebra::Vector2::new(stream.normal() * 60.0, stream.normal() * 40.0);
+        detection.bounding_box.min += moved;
+        detection.bounding_box.max += moved;
+        detection.track = 1000 + number;
+        littered.detections.push(detection);
+    }
+    let (tracklets, order) = Tracklets::joined(&littered, GAP);
+    let truth = truth(&littered, &tracklets, &order);
+    let found = blind(0.3).associate(&tracklets).unwrap();
+    let wrong = |is_litter: bool| {
+        let pairs = found.objects().iter().zip(&truth).filter(|(_, t)| (t.unwrap() >= 1000) == is_litter);
+        let (all, taken) =
+            pairs.fold((0usize, 0usize), |(all, taken), (o, _)| (all + 1, taken + usize::from(o.is_some())));
+        taken as f64 / all.max(1) as f64
+    };
+    assert!(wrong(true) < 0.2, "{} of what is not there taken for objects", wrong(true));
+    assert!(wrong(false) > 0.8, "{} of tracklets of objects kept", wrong(false));
+    let unlittered: Vec<_> = (found.objects().iter().zip(&truth))
+        .filter(|(found, truth)| found.is_some() && truth.unwrap() < 1000)
+        .map(|(found, truth)| (*found, *truth))
+        .collect();
+    let (mine, right): (Vec<_>, Vec<_>) = unlittered.into_iter().unzip();
+    assert_eq!(named(&mine), named(&right));
+
+    let mut doubled = World::new(&spec, None, Seed(1)).observations;
+    let twins: Vec<_> = doubled.detections.iter().filter(|d| d.track == 0).cloned().collect();
+    doubled.detections.extend(twins.into_iter().map(|d| vantage_dataset::Detection { track: 500, ..d }));
+    let (tracklets, _) = Tracklets::joined(&doubled, GAP);
+    let twice = blind(1e-3).associate(&tracklets).unwrap();
+    for step in 0..doubled.steps() {
+        let here = tracklets.observations().detections.iter().filter(|d| d.step == step);
+        let mut objects: Vec<usize> = here.filter_map(|d| twice.objects()[d.track]).collect();
+        let seen = objects.len();
+        objects.sort_unstable();
+        objects.dedup();
+        assert_eq!(objects.len(), seen, "step {step}: one object is two detections");
+    }
+}
+
+#[test]
+fn a_model_that_fails_is_told() {
+    let spec = WorldSpec::sparse_loop();
+    let given = World::new(&spec, None, Seed(1)).observations;
+    let mut settings = matching_settings(&spec);
+    settings.odometry.bias = None;
+    let mut broken = given.clone();
+    broken.odometry[3].to = 10_000;
+    let (tracklets, _) = Tracklets::joined(&broken, GAP);
+    let blind = Hypothesizing::new(&settings, AssociationSettings::default(), Blind);
+    assert!(matches!(blind.associate(&tracklets), Err(EstimateError::Odometry { index: 3, .. })));
+}
