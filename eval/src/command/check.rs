@@ -1,7 +1,7 @@
 //! `bench check SCENE`: fresh results against the committed ones.
 
 use super::scene::error::RunError;
-use super::scene::line::{line, seeds};
+use super::scene::line::{Beside, line, seeds};
 use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
@@ -11,6 +11,8 @@ use crate::result::grid::Style;
 use crate::result::kind::ResultKind;
 use crate::result::results_file::Results;
 use crate::scene_file::{self, SceneFile};
+use crate::score::association::ASSOCIATION;
+use crate::score::online::ONLINE;
 use std::io::Write;
 
 /// Compares, and prints what moved.
@@ -22,7 +24,9 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = ResultKind::Scene.place(&args.baseline, &scene.name);
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
-    let fresh = line(&args.scene, &args.stages, Naming::Kind, false)?;
+    let has = |table| baseline.table(table).is_some();
+    let beside = Beside { online: has(ONLINE), associate: has(ASSOCIATION), associations: &[] };
+    let fresh = line(&args.scene, &args.stages, Naming::Kind, beside)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::terminal()))?;
     let there = Machine::read(&folder);

@@ -24,6 +24,7 @@ use crate::result::trajectory::TrajectoryError;
 use crate::scene_file::SceneFileError;
 use crate::scene_file::study::VariantError;
 use crate::scene_file::vary::VaryError;
+use crate::score::association_entry::AssociationEntryError;
 use crate::score::entry::EntryError;
 use crate::score::pairs::PairsError;
 use thiserror::Error;
@@ -74,6 +75,7 @@ errors! {
     Answer(AnswerError) "observation model: {0}";
     Figure(FigureError) "{0}";
     Entry(EntryError) "{0}";
+    AssociationEntry(AssociationEntryError) "{0}";
     Run(RunError) "{0}";
     Results(ResultsError) "{0}";
     Gate(GateError) "{0}";

@@ -3,6 +3,8 @@
 //! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
 //! simulates, trains and estimates nothing.
 
+mod associations;
+mod associator_row;
 mod azimuth_sensor;
 mod beliefs;
 mod cells;
@@ -23,6 +25,7 @@ mod training;
 mod unseen;
 mod views;
 
+pub use associations::{Associated, SeedAssociations, association_rows, association_table, associations};
 pub use azimuth_sensor::AzimuthSensor;
 pub use cells::{Cell, CellRuns, Pass, cell};
 pub use code::SIMULATED;

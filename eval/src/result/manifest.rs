@@ -38,6 +38,9 @@ pub struct Manifest {
     /// Hashes of other estimators' trajectories, by the name of their row.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub trajectories: BTreeMap<String, String>,
+    /// Hashes of other associators' answers, by the name of their row.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub associations: BTreeMap<String, String>,
     /// What a reader of the scores has to know of the model; written above the tables, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub caveat: Option<String>,
@@ -117,6 +120,7 @@ impl Manifest {
             model_hash: None,
             model_hashes: BTreeMap::new(),
             trajectories: BTreeMap::new(),
+            associations: BTreeMap::new(),
             caveat: None,
             seeds: seeds.iter().map(|seed| seed.0).collect(),
             renderer: Renderer::default(),

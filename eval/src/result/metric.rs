@@ -157,6 +157,36 @@ metrics! {
     ApartSettled => "Settled, from the whole episode's", "apart_settled_m", Meter, Lower;
     /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
     ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
+    /// Of pairs of detections taken to be of one object, the share that is: [`crate::score::association`].
+    PairPrecision => "Pair precision", "pair_precision", Ratio, Higher;
+    /// Of pairs of detections of one object, the share that is taken so.
+    PairRecall => "Pair recall", "pair_recall", Ratio, Higher;
+    /// The harmonic mean of both.
+    PairF1 => "Pair F1", "pair_f1", Ratio, Higher;
+    /// Objects found, over those seen.
+    ObjectsFound => "Objects found / seen", "objects_found_over_seen", Ratio, Near(1.0);
+    /// Of detections of nothing, the share taken for objects.
+    FalseTaken => "False taken", "false_taken", Ratio, Lower;
+    /// Of tracklets taken to be of an object seen before, the share that is of it.
+    LoopPrecision => "Loop precision", "loop_precision", Ratio, Higher;
+    /// Of tracklets of an object seen before, the share taken to be of it.
+    LoopRecall => "Loop recall", "loop_recall", Ratio, Higher;
+    /// Whether all tracklets that were seen whole are told right.
+    AllRight => "All right", "all_right", Ratio, Higher;
+    /// Whether a hypothesis that is left tells them all right.
+    TruthSurvived => "Truth survived", "truth_survived", Ratio, Higher;
+    /// The weight of the likeliest hypothesis.
+    BestWeight => "Weight of the best", "best_weight", Ratio, Near(1.0);
+    /// Brier score of that weight as the probability that all is right.
+    BestBrier => "Brier", "best_brier", Ratio, Lower;
+    /// Entropy of the hypotheses' weights.
+    HypothesesEntropy => "Entropy", "entropy_nat", Nat, Lower;
+    /// Hypotheses that are left.
+    Hypotheses => "Hypotheses", "hypotheses", Ratio, Lower;
+    /// ATE of `geometric` by what was associated.
+    AteOfGeometric => "ATE of geometric", "ate_geometric_m", Meter, Lower;
+    /// ATE of the first learned row by what was associated.
+    AteOfLearned => "ATE of the learned row", "ate_learned_m", Meter, Lower;
 }
 
 /// What a metric is measured in.

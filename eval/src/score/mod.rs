@@ -1,6 +1,8 @@
 //! Scores: estimate x truth -> a number, or `None` where the number is undefined. Never NaN.
 
 pub mod align;
+pub mod association;
+pub mod association_entry;
 pub mod ate;
 pub mod azimuth_information;
 pub mod bound;

@@ -32,6 +32,13 @@ pub struct EncodedSettings {
     pub side_exponent: f64,
 }
 
+impl Default for EncodedSettings {
+    /// Fitted on pairs of tracklets of validation objects, in `sparse_loop`: see `docs/association.md`.
+    fn default() -> Self {
+        Self { views: 8, latent_exponent: 0.1, side_exponent: 0.2 }
+    }
+}
+
 /// Likeness by a model's encoder and decoder.
 #[derive(Clone, Copy)]
 pub struct Encoded<'m> {

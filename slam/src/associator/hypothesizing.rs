@@ -22,7 +22,7 @@ pub struct AssociationSettings {
     pub density: f64,
     /// Expected detections of nothing, a steradian and a step.
     pub clutter: f64,
-    /// Probability that a tracklet of an object has one sighting.
+    /// Probability that a tracklet of an object has one sighting, where detections are joined.
     pub single: f64,
     /// Median diameter of an object, metres, and its spread as a share.
     pub size: f64,
@@ -35,7 +35,7 @@ pub struct AssociationSettings {
 impl Default for AssociationSettings {
     fn default() -> Self {
         Self {
-            limits: Limits { hypotheses: 64, least_weight: 1e-4, merging: None },
+            limits: Limits { hypotheses: 32, least_weight: 1e-4, merging: None },
             thresholds: Thresholds::default(),
             density: 0.1,
             clutter: 1e-3,

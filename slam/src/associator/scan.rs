@@ -276,7 +276,7 @@ impl<'a, L: Likeness> Scan<'a, L> {
     fn close(&mut self, number: usize, step: usize) -> Result<(), EstimateError> {
         let Some(tracklet) = self.tracklets.get(&number) else { return Ok(()) };
         let (sightings, read) = (tracklet.sightings.len(), tracklet.readings.last().map(|(n, _)| *n));
-        if sightings == 1 && self.sensing.settings.single < 1.0 {
+        if sightings == 1 && self.gap > 0 {
             let log_single = libm::log(self.sensing.settings.single);
             let frame = |hypothesis: &Estimated| {
                 let is_object = hypothesis.label(number) != Some(NOTHING);

@@ -104,6 +104,15 @@ pub struct RunArgs {
     #[arg(long)]
     #[serde(skip)]
     pub online: bool,
+    /// Asks also who is who, where estimators are told less than all: adds a table, and `<seed>/<row>.association.csv`.
+    #[arg(long)]
+    #[serde(skip)]
+    pub associate: bool,
+    /// Folder of another associator's answers, `<seed>.csv` each; its row has the folder's name, and `--associate` is meant. May be given more
+    /// than once.
+    #[arg(long, value_name = "DIR")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub associations: Vec<PathBuf>,
     /// Which tables are printed.
     #[arg(long, value_enum, default_value_t)]
     #[serde(skip)]

@@ -61,6 +61,8 @@ pub fn sweep(
 ) -> Result<Exit, BenchError> {
     let given = [
         (args.online, "`--online`"),
+        (args.associate, "`--associate`"),
+        (!args.associations.is_empty(), "`--associations`"),
         (args.json, "`--json`"),
         (args.stages.train, "`--train`"),
         (!args.stages.model.is_empty(), "`--model`"),

@@ -5,31 +5,45 @@ use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
 use crate::command::placed;
 use crate::pipeline::{
-    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedEpisode, SeedOnline, StageError, chosen_models,
-    episodes, estimates, methods, models, online, online_table, tables, test_views, unseen,
+    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedAssociations, SeedEpisode, SeedOnline,
+    StageError, association_rows, association_table, associations, chosen_models, episodes, estimates,
+    methods, models, online, online_table, tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
 use crate::scene_file::SceneFile;
 use crate::scene_file::row_name::{kind_names, reserved_names};
+use crate::score::association_entry::AssociationEntry;
 use crate::score::entry::Entry;
 use crate::score::unseen::{Subject, Unseen};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vantage_dataset::store::read_truth;
 use vantage_dataset::{Seed, Split};
 use vantage_sim::world::check_room;
 
-/// Runs the line on a scene; with `step_by_step`, estimates also after every step.
+/// What a line does beside estimating whole episodes with association given.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// Estimates also after every step.
+    pub online: bool,
+    /// Asks who is who.
+    pub associate: bool,
+    /// Folders of other associators' answers to that.
+    pub associations: &'a [PathBuf],
+}
+
+/// Runs the line on a scene.
 pub fn line(
     scene: &Path,
     stages: &StageArgs,
     naming: Naming,
-    step_by_step: bool,
+    beside: Beside<'_>,
 ) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.making.cache, stages.making.renderer.into())?;
     let seeds = seeds(&pipeline.file, stages);
     has_room(&pipeline, &seeds, scene)?;
     let entries = entries(&pipeline, stages, &seeds)?;
+    let associated = associated(&pipeline, beside.associations, &seeds)?;
     let chosen = chosen_models(&pipeline, stages.train, &stages.model)?;
     let mut record = Record::begin(&pipeline, &seeds, stages)?;
 
@@ -45,8 +59,12 @@ pub fn line(
     })?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let (episodes, answers) = drive(&pipeline, &seeds, &models, &methods, &mut record)?;
-    let online = match step_by_step && pipeline.drives() {
+    let online = match beside.online && pipeline.drives() {
         true => record.timed("online", || online(&pipeline, &episodes, &methods))?,
+        false => Vec::new(),
+    };
+    let associations = match (beside.associate || !associated.is_empty()) && pipeline.drives() {
+        true => record.timed("associations", || associations(&pipeline, &episodes, &methods, &associated))?,
         false => Vec::new(),
     };
     let unseen = record.timed("unseen instances", || {
@@ -57,15 +75,18 @@ pub fn line(
     })?;
     let mut tables = tables(&seeds, &methods, &entries, &episodes, &answers, &models, &unseen)?;
     tables.tables.extend(online_table(&seeds, &methods, &episodes, &answers, &online)?);
+    tables.tables.extend(association_table(&seeds, &associated, &associations)?);
 
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, tables.tables),
         detections: tables.detections,
         methods: methods.iter().map(Method::name).collect(),
-        manifest: record.finish(&pipeline, &models, &entries, &episodes, &views)?,
+        manifest: record.finish(&pipeline, &models, (&entries, &associated), &episodes, &views)?,
         episodes,
         answers,
         online,
+        association_rows: association_rows(&associated),
+        associations,
         entries,
         unseen: models.into_iter().map(|model| model.name).zip(unseen).collect(),
     })
@@ -119,6 +140,18 @@ fn entries(pipeline: &Pipeline, stages: &StageArgs, seeds: &[Seed]) -> Result<Ve
     }
 }
 
+/// Associations of others that are scored beside ours.
+fn associated(
+    pipeline: &Pipeline,
+    folders: &[PathBuf],
+    seeds: &[Seed],
+) -> Result<Vec<AssociationEntry>, BenchError> {
+    match folders.first() {
+        Some(folder) if !pipeline.drives() => Err(AssociationEntry::undriven(folder).into()),
+        _ => Ok(AssociationEntry::open(folders, &association_rows(&[]), seeds)?),
+    }
+}
+
 /// The seeds that are asked for.
 pub fn seeds(file: &SceneFile, stages: &StageArgs) -> Vec<Seed> {
     match stages.seeds {
@@ -141,6 +174,10 @@ pub struct Scored {
     pub answers: Vec<SeedAnswers>,
     /// Their answers after every step by seed; empty where not asked for.
     pub online: Vec<SeedOnline>,
+    /// The rows of associations.
+    pub association_rows: Vec<String>,
+    /// Their answers by seed; empty where not asked for.
+    pub associations: Vec<SeedAssociations>,
     /// Estimators of others.
     pub entries: Vec<Entry>,
     /// Each model's name and its scores on unseen instances, one a seed.

@@ -1,5 +1,6 @@
 //! `bench SCENE`: the whole line, from a scene file to tables and pictures.
 
+mod association;
 pub mod error;
 pub mod line;
 mod online;
@@ -23,7 +24,7 @@ use crate::result::table::Table;
 use crate::scene_file::{self, SceneFile};
 use crate::score::trajectory_scores::TRAJECTORIES;
 use error::RunError;
-use line::{Scored, line, seeds};
+use line::{Beside, Scored, line, seeds};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -39,12 +40,14 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     if !args.replace {
         keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
     }
-    let scored = line(&scene, &args.stages, Naming::Folder, args.online)?;
+    let beside = Beside { online: args.online, associate: args.associate, associations: &args.associations };
+    let scored = line(&scene, &args.stages, Naming::Folder, beside)?;
     let progress = Progress::detect();
     let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
     let place = folder.path().to_owned();
     let mut pictures = pictures::write(&folder, &scored)?;
     pictures.extend(online::write(&folder, &scored)?);
+    association::write(&folder, &scored)?;
     report::write(folder, &scored.results, &scored.manifest)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);

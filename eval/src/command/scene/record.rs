@@ -4,6 +4,7 @@ use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
 use crate::pipeline::{LoadedModel, Pipeline, ScoredViews, SeedEpisode, caveat};
 use crate::result::manifest::{Manifest, Renderer};
+use crate::score::association_entry::AssociationEntry;
 use crate::score::entry::Entry;
 use std::time::Instant;
 use vantage_dataset::Seed;
@@ -34,7 +35,7 @@ impl Record {
         self,
         pipeline: &Pipeline,
         models: &[LoadedModel],
-        entries: &[Entry],
+        (entries, associated): (&[Entry], &[AssociationEntry]),
         episodes: &[SeedEpisode],
         views: &[ScoredViews],
     ) -> Result<Manifest, BenchError> {
@@ -58,6 +59,7 @@ impl Record {
                 .map(|model| (model.name.clone(), model.model.hash().to_owned()))
                 .collect(),
             trajectories: entries.iter().map(|entry| (entry.name.clone(), entry.hash.clone())).collect(),
+            associations: associated.iter().map(|entry| (entry.name.clone(), entry.hash.clone())).collect(),
             caveat: (!caveats.is_empty()).then(|| caveats.join(" ")),
             dataset_hash: Some(dataset_hash(made.chain(looked))),
             ..self.0

@@ -1,5 +1,6 @@
 //! What a run says on standard output: tables, where files lie, the answer.
 
+use super::association::{self, ASSOCIATION_TIMES};
 use super::line::Scored;
 use super::online::times;
 use crate::command::cli::{RunArgs, TablesChoice};
@@ -10,6 +11,7 @@ use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
 use crate::result::step_times::{STEP_TIMES, step_times};
 use crate::result::{summary_text, table_text};
+use crate::score::association::ASSOCIATION;
 use crate::score::online::ONLINE;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use crate::score::unseen_table::{OF_GROUNDING, OF_LATENTS};
@@ -42,6 +44,10 @@ pub fn say(
         kinds.push(("newest poses", vec!["<seed>/<method>.online.tum"]));
         kinds.push(("step times", vec![STEP_TIMES]));
     }
+    if !scored.associations.is_empty() {
+        kinds.push(("associations", vec!["<seed>/<row>.association.csv"]));
+        kinds.push(("times of these", vec![ASSOCIATION_TIMES]));
+    }
     write!(stdout, "{}", places(folder, kinds))?;
     if let Some(table) = scored.results.table(TRAJECTORIES) {
         let answers = summary_text::answers(table);
@@ -60,6 +66,10 @@ fn short(scored: &Scored, stdout: &mut impl Write) -> Result<(), BenchError> {
     if let Some(table) = scored.results.table(ONLINE) {
         writeln!(stdout, "{}", table_text::tables(table, style))?;
         writeln!(stdout, "{}\n", step_times(&times(scored), style))?;
+    }
+    if let Some(table) = scored.results.table(ASSOCIATION) {
+        writeln!(stdout, "{}", table_text::tables(table, style))?;
+        writeln!(stdout, "{}\n", step_times(&association::times(scored), style))?;
     }
     if let (Some(latents), Some(classes)) =
         (scored.results.table(OF_LATENTS.name), scored.results.table(OF_GROUNDING.name))

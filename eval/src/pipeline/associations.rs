@@ -1,0 +1,238 @@
+//! Stage `associations`: who is who by every associator, where the estimator is told less than all, and what that makes of the trajectory.
+
+use super::associator_row::{AssociatorRow, Told};
+use super::estimates::PANICKED;
+use super::{Method, Pipeline, SeedEpisode, StageError};
+use crate::result::metric::Metric;
+use crate::result::run::{Outcome, Run};
+use crate::result::table::Table;
+use crate::scene_file::row::Row;
+use crate::score::association::{ASSOCIATION, COLUMNS, TrueTracklets};
+use crate::score::association_entry::AssociationEntry;
+use crate::score::ate::ate;
+use crate::score::embedding::Scores;
+use crate::score::pairs::Pairs;
+use rayon::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+use vantage_dataset::store::{read_observations, read_truth};
+use vantage_dataset::{Observations, Seed, Tracklets, Truth};
+use vantage_slam::{Association, EstimateError, Settings};
+
+/// The row of the association that estimators are given otherwise.
+pub const GIVEN: &str = "given";
+
+/// What a row made of an episode.
+#[derive(Clone, Debug)]
+pub struct Associated {
+    /// Of each detection, in the order of the episode's, the number of its object; none of one that is of nothing.
+    pub objects: Vec<Option<usize>>,
+    /// How long each step took.
+    pub times: Vec<Duration>,
+    scores: Scores,
+}
+
+/// The answers on a seed, in the order of [`association_rows`].
+pub type SeedAssociations = (Seed, Vec<Result<Associated, String>>);
+
+/// The names of the rows: that of the oracle, those of the associators by what they are told, and those of `entries`.
+pub fn association_rows(entries: &[AssociationEntry]) -> Vec<String> {
+    let own = Told::ALL.iter().flat_map(|told| AssociatorRow::ALL.map(|row| format!("{told}-{row}")));
+    let others = entries.iter().map(|entry| entry.name.clone());
+    std::iter::once(GIVEN.to_owned()).chain(own).chain(others).collect()
+}
+
+/// All rows on all seeds: associators one after the other, since their times are told; estimates by them in parallel.
+pub fn associations(
+    pipeline: &Pipeline,
+    episodes: &[SeedEpisode],
+    methods: &[Method<'_>],
+    entries: &[AssociationEntry],
+) -> Result<Vec<SeedAssociations>, StageError> {
+    let stage = pipeline.progress.stage("associations", episodes.len() as u64);
+    let rows = association_rows(entries).len();
+    let mut answers = Vec::with_capacity(episodes.len());
+    for (seed, episode) in episodes {
+        let of_seed = match episode {
+            Ok(episode) => {
+                let given = Given {
+                    seed: *seed,
+                    observations: read_observations(&episode.folder)?,
+                    truth: read_truth(&episode.folder)?,
+                };
+                given.associated(pipeline, methods, entries)?
+            }
+            Err(reason) => vec![Err(reason.clone()); rows],
+        };
+        answers.push((*seed, of_seed));
+        stage.advance(1);
+    }
+    Ok(answers)
+}
+
+/// The table of associations; none where there are no episodes.
+pub fn association_table(
+    seeds: &[Seed],
+    entries: &[AssociationEntry],
+    answers: &[SeedAssociations],
+) -> Result<Option<Table>, StageError> {
+    if answers.is_empty() {
+        return Ok(None);
+    }
+    let names = association_rows(entries);
+    let mut runs = Vec::new();
+    for (seed, of_seed) in answers {
+        for (method, answer) in names.iter().zip(of_seed) {
+            let (outcome, scores) = match answer {
+                Ok(associated) => (Outcome::Done, associated.scores.clone()),
+                Err(reason) => (Outcome::Failed(reason.clone()), Scores::new()),
+            };
+            runs.push(Run { method: method.clone(), seed: *seed, outcome, scores });
+        }
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Ok(Some(Table::new(ASSOCIATION, &names, None, &COLUMNS, seeds, runs)?))
+}
+
+/// An episode.
+struct Given {
+    seed: Seed,
+    observations: Observations,
+    truth: Truth,
+}
+
+/// Tracklets, of each detection its number among the episode's, and what somebody makes of them.
+struct Answered {
+    tracklets: Tracklets,
+    order: Vec<usize>,
+    answer: Result<Association, String>,
+}
+
+impl Given {
+    fn associated(
+        &self,
+        pipeline: &Pipeline,
+        methods: &[Method<'_>],
+        entries: &[AssociationEntry],
+    ) -> Result<Vec<Result<Associated, String>>, StageError> {
+        let settings = pipeline.file.estimator.settings();
+        let mut answered = vec![self.oracle()];
+        for told in Told::ALL {
+            for row in AssociatorRow::ALL {
+                answered.push(self.answer(pipeline, methods, told, row)?);
+            }
+        }
+        answered.extend(entries.iter().map(|entry| self.entered(entry)));
+        answered.into_par_iter().map(|answered| self.scored(&settings, methods, answered)).collect()
+    }
+
+    /// What estimators are told otherwise.
+    fn oracle(&self) -> Answered {
+        let (tracklets, order) = Told::Tracklets.of(&self.observations);
+        let mut objects = vec![None; tracklets.count()];
+        for (detection, &number) in tracklets.observations().detections.iter().zip(&order) {
+            objects[detection.track] = Some(self.observations.detections[number].track);
+        }
+        Answered { tracklets, order, answer: Ok(Association::certain(objects)) }
+    }
+
+    fn answer(
+        &self,
+        pipeline: &Pipeline,
+        methods: &[Method<'_>],
+        told: Told,
+        row: AssociatorRow,
+    ) -> Result<Answered, StageError> {
+        let (tracklets, order) = told.of(&self.observations);
+        let settings = pipeline.file.estimator.settings();
+        let Some(method) = methods.first() else {
+            return Ok(Answered { tracklets, order, answer: Err("no row of a model".to_owned()) });
+        };
+        let sensor = (&self.observations.camera, &pipeline.file.sensors.detector);
+        let associator = row.associator(&settings, sensor, method.model.reader().model);
+        let answer = match catch_unwind(AssertUnwindSafe(|| associator.associate(&tracklets))) {
+            Ok(Ok(association)) => Ok(association),
+            Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Indefinite { .. }))) => {
+                Err(error.to_string())
+            }
+            Ok(Err(error)) => return Err(error.into()),
+            Err(_) => Err(PANICKED.to_owned()),
+        };
+        Ok(Answered { tracklets, order, answer })
+    }
+
+    /// Each detection is a tracklet of an entry, which tells the object of each.
+    fn entered(&self, entry: &AssociationEntry) -> Answered {
+        let (tracklets, order) = Told::None.of(&self.observations);
+        let told = entry.run(self.seed, self.observations.detections.len());
+        let answer = told.map(|told| {
+            let mut objects = vec![None; tracklets.count()];
+            for (detection, &number) in tracklets.observations().detections.iter().zip(&order) {
+                objects[detection.track] = told[number];
+            }
+            Association::certain(objects)
+        });
+        Answered { tracklets, order, answer }
+    }
+
+    fn scored(
+        &self,
+        settings: &Settings,
+        methods: &[Method<'_>],
+        answered: Answered,
+    ) -> Result<Result<Associated, String>, StageError> {
+        let Answered { tracklets, order, answer } = answered;
+        let association = match answer {
+            Ok(association) => association,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        let seen = tracklets.observations();
+        let shown = |number: &usize| {
+            let detection = &self.observations.detections[*number];
+            let object = self.truth.shown(*number, detection).map(|_| detection.track);
+            object.filter(|track| *track < self.truth.objects.len())
+        };
+        let mut is_whole = vec![false; tracklets.count()];
+        for detection in &seen.detections {
+            is_whole[detection.track] |= !detection.bounding_box.is_truncated(&seen.camera);
+        }
+        let truth = TrueTracklets {
+            tracklets: seen.detections.iter().map(|detection| detection.track).collect(),
+            shown: order.iter().map(shown).collect(),
+            is_whole,
+        };
+        let told = association.objects();
+        let mut scores = truth.scores(told);
+        scores.extend(truth.of_hypotheses(&association));
+        let observations = tracklets.associated(told);
+        for (metric, row) in [
+            (Metric::AteOfGeometric, methods.iter().find(|method| method.row == Row::Geometric)),
+            (Metric::AteOfLearned, methods.iter().find(|method| method.row.is_of_model())),
+        ] {
+            let error = row.map(|row| self.error(settings, row, &observations)).transpose()?.flatten();
+            scores.extend(error.map(|error| (metric, error)));
+        }
+        let mut objects = vec![None; order.len()];
+        for (detection, &number) in seen.detections.iter().zip(&order) {
+            objects[number] = told[detection.track];
+        }
+        Ok(Ok(Associated { objects, times: association.times, scores }))
+    }
+
+    /// ATE of a row; none where it has no answer.
+    fn error(
+        &self,
+        settings: &Settings,
+        method: &Method<'_>,
+        observations: &Observations,
+    ) -> Result<Option<f64>, StageError> {
+        let estimator = method.row.estimator(settings, method.model.reader());
+        let estimate = match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
+            Ok(Ok(estimate)) => estimate,
+            Ok(Err(EstimateError::Model(_))) | Err(_) => return Ok(None),
+            Ok(Err(error)) => return Err(error.into()),
+        };
+        let pairs = Pairs::by_step(&self.truth.world_from_robot, &estimate.world_from_robot)?;
+        Ok(ate(&pairs))
+    }
+}
