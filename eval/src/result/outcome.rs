@@ -56,10 +56,11 @@ pub fn outcomes(map: &MapFile, results: &Results) -> Vec<Option<Outcome>> {
         map.hypotheses.iter().map(|hypothesis| differences(map, results, hypothesis)).collect();
     let tested = |i: &usize| matches!(map.hypotheses[*i].expects, Expectation::Less | Expectation::More);
     let numbers: Vec<usize> = (0..differences.len()).filter(tested).collect();
-    let raw: Vec<(usize, f64)> =
-        numbers.into_iter().filter_map(|i| Some((i, wilcoxon(&differences[i])?))).collect();
-    let corrected = holm(&raw.iter().map(|(_, p)| *p).collect::<Vec<_>>());
-    let p: BTreeMap<usize, f64> = raw.iter().map(|(i, _)| *i).zip(corrected).collect();
+    let raw: Vec<Option<f64>> = numbers.iter().map(|i| wilcoxon(&differences[*i])).collect();
+    // One that cannot be tested was asked all the same.
+    let corrected = holm(&raw.iter().map(|p| p.unwrap_or(1.0)).collect::<Vec<_>>());
+    let tested = numbers.into_iter().zip(corrected).zip(raw).filter(|(_, raw)| raw.is_some());
+    let p: BTreeMap<usize, f64> = tested.map(|(corrected, _)| corrected).collect();
     let outcome = |(i, (hypothesis, differences)): (usize, (&Hypothesis, &Vec<f64>))| {
         let mean = Mean::of(differences)?;
         let (interval, p) = (bca_interval(differences), p.get(&i).copied());

@@ -61,11 +61,11 @@ impl Turns {
         self.differences.iter().sum::<f64>() / (AZIMUTHS - 1) as f64
     }
 
-    /// Greatest difference after turns of which `order` make a full one, as a share of the contrast.
+    /// Greatest difference after turns of which `order` make a full one, as a share of the contrast; 0 of what looks the same from all round.
     pub fn left_over(&self, order: u8) -> f64 {
         let turn = AZIMUTHS / usize::from(order);
         let greatest = self.differences.iter().step_by(turn).fold(0.0, |a: f64, b| a.max(*b));
-        greatest / self.contrast()
+        if greatest > 0.0 { greatest / self.contrast() } else { 0.0 }
     }
 
     /// The order of the symmetry, where it has one; else that which leaves the least over, of those that are looked for.

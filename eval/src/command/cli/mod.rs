@@ -293,7 +293,7 @@ pub struct MapArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub making: MakingArgs,
-    /// Seeds 0 to N - 1 instead of those of the scene.
+    /// Seeds 0 to N - 1 instead of those of the map.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub seeds: Option<u64>,
 }
