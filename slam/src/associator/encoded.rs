@@ -6,8 +6,11 @@
 //!
 //! `mu_i` and `v_i` are the factor `q(e | z_i, x_i) / N(e; 0, I)` of a view if the object has that yaw, which counts as a measurement of `e`; `mu`
 //! is the mean latent of a tracklet's views. The exponents `a` and `b` make up for errors that views share.
+//!
+//! Of objects that are not the same a share `c` are copies: their latents are one, and their yaws are not. With `r` the ratio of latents alone,
+//! the ratio of all is divided by `1 - c + c r`. So latents add no more than `-log c` to what tells that objects are the same.
 
-use super::likeness::Likeness;
+use super::likeness::{Heading, Likeness};
 use crate::noise::Kernel;
 use crate::problem::Problem;
 use crate::semantics::unless_non_finite;
@@ -30,12 +33,14 @@ pub struct EncodedSettings {
     pub latent_exponent: f64,
     /// Of what the decoder tells of the side: `b`. With 0, tracklets of one object may have any yaws.
     pub side_exponent: f64,
+    /// Share of objects that look like another one: `c`.
+    pub copies: f64,
 }
 
 impl Default for EncodedSettings {
     /// Fitted on pairs of tracklets of validation objects, in `sparse_loop`: see `docs/association.md`.
     fn default() -> Self {
-        Self { views: 8, latent_exponent: 0.1, side_exponent: 0.2 }
+        Self { views: 8, latent_exponent: 0.1, side_exponent: 0.2, copies: 0.1 }
     }
 }
 
@@ -49,15 +54,18 @@ pub struct Encoded<'m> {
 /// The views of a tracklet under each yaw.
 #[derive(Clone, Debug)]
 pub struct EncodedReading {
-    by_yaw: Vec<ByYaw>,
-    /// `log` of the mean over the yaws of the evidence alone.
-    alone: f64,
+    /// By yaw in the frame of the reading.
+    latents: Vec<LatentFactor>,
+    /// `b log p(m | mu, x)` over the views, likewise.
+    sides: Vec<f64>,
+    /// `log` of the mean over the yaws of the evidence of latents and sides alone, and of latents alone.
+    alone: [f64; 2],
 }
 
-#[derive(Clone, Debug)]
-struct ByYaw {
-    latent: LatentFactor,
-    /// `b log p(m | mu, x)` over the views.
+/// A tracklet if the object has some yaw.
+#[derive(Clone, Copy)]
+struct ByYaw<'r> {
+    latent: &'r LatentFactor,
     side: f64,
 }
 
@@ -109,7 +117,7 @@ impl<'m> Encoded<'m> {
     }
 
     /// What views tell if the object has a yaw; none where the model does not answer with numbers.
-    fn under(&self, views: &[View<'_>], yaw: f64) -> Result<Option<ByYaw>, AnswerError> {
+    fn under(&self, views: &[View<'_>], yaw: f64) -> Result<Option<(LatentFactor, f64)>, AnswerError> {
         let dim = self.model.latent_dim();
         let mut posteriors: Vec<LatentGaussian> = Vec::with_capacity(views.len());
         for view in views {
@@ -120,7 +128,7 @@ impl<'m> Encoded<'m> {
         }
         let latent = LatentFactor::of(dim, &posteriors);
         let side = if self.settings.side_exponent == 0.0 { 0.0 } else { self.side(views, yaw, &latent)? };
-        Ok(Some(ByYaw { latent, side }))
+        Ok(Some((latent, side)))
     }
 
     /// `b` times the log-likelihood of the measurements at a yaw, up to a constant.
@@ -180,36 +188,76 @@ impl Likeness for Encoded<'_> {
         if views.is_empty() {
             return Ok(None);
         }
-        let mut by_yaw = Vec::with_capacity(YAWS);
+        let (mut latents, mut sides) = (Vec::with_capacity(YAWS), Vec::with_capacity(YAWS));
         for k in 0..YAWS {
-            let Some(under) = self.under(&views, 2.0 * PI * k as f64 / YAWS as f64)? else { return Ok(None) };
-            by_yaw.push(under);
+            let under = self.under(&views, 2.0 * PI * k as f64 / YAWS as f64)?;
+            let Some((latent, side)) = under else { return Ok(None) };
+            latents.push(latent);
+            sides.push(side);
         }
-        let alone = log_mean(by_yaw.iter().map(|under| self.log_evidence(&[under])));
-        Ok(Some(EncodedReading { by_yaw, alone }))
+        let alone = |with_sides: bool| {
+            let by_yaw = latents.iter().zip(&sides).map(|(latent, &side)| ByYaw { latent, side });
+            log_mean(by_yaw.map(|under| self.log_evidence(&[under], with_sides)))
+        };
+        let alone = [alone(true), alone(false)];
+        Ok(Some(EncodedReading { latents, sides, alone }))
     }
 
-    fn log_ratio(&self, readings: &[(&Self::Reading, f64)]) -> f64 {
-        let read: Vec<(&EncodedReading, f64)> =
+    fn log_ratio(&self, readings: &[(&Self::Reading, Heading)]) -> f64 {
+        let read: Vec<(&EncodedReading, Heading)> =
             readings.iter().filter_map(|(reading, heading)| Some((reading.as_ref()?, *heading))).collect();
-        // The yaw of the object in the frame of a reading is that in the world less the frame's heading.
-        let shift = |heading: f64| libm::round(heading * YAWS as f64 / (2.0 * PI)) as i64;
-        let together = log_mean((0..YAWS as i64).map(|k| {
-            let under = read.iter().map(|(reading, heading)| {
-                &reading.by_yaw[(k - shift(*heading)).rem_euclid(YAWS as i64) as usize]
-            });
-            self.log_evidence(&under.collect::<Vec<_>>())
-        }));
-        together - read.iter().map(|(reading, _)| reading.alone).sum::<f64>()
+        let [(_, first), _, ..] = read.as_slice() else { return 0.0 };
+        // A robot that drives on knows its heading less and less: what lies between two views is the difference.
+        let turned: Vec<Vec<ByYaw<'_>>> = (read.iter())
+            .map(|(reading, heading)| reading.turned(heading.yaw, (heading.variance - first.variance).abs()))
+            .collect();
+        let log_ratio = |sides: bool| {
+            let together = log_mean((0..YAWS).map(|k| {
+                let under: Vec<ByYaw<'_>> = turned.iter().map(|by_yaw| by_yaw[k]).collect();
+                self.log_evidence(&under, sides)
+            }));
+            together - read.iter().map(|(reading, _)| reading.alone[usize::from(!sides)]).sum::<f64>()
+        };
+        let copies = self.settings.copies;
+        log_ratio(true) - log_sum(libm::log(1.0 - copies), libm::log(copies) + log_ratio(false))
+    }
+}
+
+impl EncodedReading {
+    /// The views under each yaw of the object in the world, if the frame's heading has this mean and variance.
+    fn turned(&self, heading: f64, variance: f64) -> Vec<ByYaw<'_>> {
+        let step = 2.0 * PI / YAWS as f64;
+        // The yaw of the object in the frame is that in the world less the frame's heading.
+        let shift = libm::round(heading / step) as i64;
+        let at = |k: i64| k.rem_euclid(YAWS as i64) as usize;
+        let deviation = variance.sqrt() / step;
+        let reach = (libm::ceil(3.0 * deviation) as i64).min(YAWS as i64 / 2);
+        let weights: Vec<(i64, f64)> = (-reach..=reach)
+            .map(|off| (off, if off == 0 { 0.0 } else { -0.5 * (off as f64 / deviation).powi(2) }))
+            .collect();
+        let log_total = log_mean(weights.iter().map(|(_, log)| *log)) + libm::log(weights.len() as f64);
+        let blurred = |k: i64| {
+            let logs = weights.iter().map(|(off, log)| log + self.sides[at(k + off)]);
+            log_mean(logs) + libm::log(weights.len() as f64) - log_total
+        };
+        (0..YAWS as i64)
+            .map(|k| ByYaw { latent: &self.latents[at(k - shift)], side: blurred(k - shift) })
+            .collect()
     }
 }
 
 impl Encoded<'_> {
-    fn log_evidence(&self, under: &[&ByYaw]) -> f64 {
-        let latents: Vec<&LatentFactor> = under.iter().map(|under| &under.latent).collect();
-        self.settings.latent_exponent * LatentFactor::log_evidence(&latents)
-            + under.iter().map(|under| under.side).sum::<f64>()
+    fn log_evidence(&self, under: &[ByYaw<'_>], sides: bool) -> f64 {
+        let latents: Vec<&LatentFactor> = under.iter().map(|under| under.latent).collect();
+        let side: f64 = if sides { under.iter().map(|under| under.side).sum() } else { 0.0 };
+        self.settings.latent_exponent * LatentFactor::log_evidence(&latents) + side
     }
+}
+
+/// `log(exp a + exp b)`.
+fn log_sum(a: f64, b: f64) -> f64 {
+    let largest = a.max(b);
+    largest + libm::log(libm::exp(a - largest) + libm::exp(b - largest))
 }
 
 fn log_mean(logs: impl Iterator<Item = f64>) -> f64 {

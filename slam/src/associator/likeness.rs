@@ -21,9 +21,17 @@ pub trait Likeness: Sync {
         sightings: &[Sighting],
     ) -> Result<Self::Reading, AnswerError>;
 
-    /// `log p(crops | all of one object) - log p(crops | each of another)`, nats. Beside each reading stands the heading, radians, of the frame
-    /// that it was made in.
-    fn log_ratio(&self, readings: &[(&Self::Reading, f64)]) -> f64;
+    /// `log p(crops | all of one object) - log p(crops | each of another)`, nats, of readings each with the heading of its frame.
+    fn log_ratio(&self, readings: &[(&Self::Reading, Heading)]) -> f64;
+}
+
+/// The heading of the frame that something was read in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Heading {
+    /// About the world's z axis, radians.
+    pub yaw: f64,
+    /// Its variance.
+    pub variance: f64,
 }
 
 /// Crops say nothing.
@@ -37,7 +45,7 @@ impl Likeness for Blind {
         Ok(())
     }
 
-    fn log_ratio(&self, _: &[(&(), f64)]) -> f64 {
+    fn log_ratio(&self, _: &[(&(), Heading)]) -> f64 {
         0.0
     }
 }

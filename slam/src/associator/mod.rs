@@ -11,7 +11,7 @@ mod separate;
 
 pub use encoded::{Encoded, EncodedSettings};
 pub use hypothesizing::{AssociationSettings, Hypothesizing};
-pub use likeness::{Blind, Likeness};
+pub use likeness::{Blind, Heading, Likeness};
 pub use separate::Separate;
 
 use crate::input::EstimateError;

@@ -1,7 +1,7 @@
 //! One episode, step by step, under all hypotheses.
 
 use super::hypothesizing::AssociationSettings;
-use super::likeness::Likeness;
+use super::likeness::{Heading, Likeness};
 use super::sensing::Sensing;
 use crate::association::{
     Addition, Alternative, AssociationError, Choice, Frame, Hypotheses, Hypothesis, LocalEstimator,
@@ -173,7 +173,7 @@ impl<'a, L: Likeness> Scan<'a, L> {
                     .filter_map(|&object| Some((sensing.off(hypothesis, object, sighting)?, object)))
                     .collect();
                 near.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let heading = pose(hypothesis, step).map_or(0.0, |pose| heading(&pose));
+                let heading = known_heading(hypothesis, step).unwrap_or_default();
                 let near = near.into_iter().take(sensing.settings.candidates);
                 let of_known = near.map(|(_, object)| {
                     let mut parts = parts(tracklets, hypothesis, object, None);
@@ -307,14 +307,23 @@ fn parts<'t, R>(
     hypothesis: &Estimated,
     object: usize,
     back: Option<usize>,
-) -> Vec<(&'t R, f64)> {
+) -> Vec<(&'t R, Heading)> {
     let of_object = tracklets.iter().filter(|(number, _)| hypothesis.label(**number) == Some(object));
     let part = |(number, tracklet): (&usize, &'t Tracklet<R>)| {
         let behind = 1 + usize::from(back == Some(*number));
         let (_, reading) = &tracklet.readings[tracklet.readings.len().checked_sub(behind)?];
-        Some((reading, heading(&pose(hypothesis, tracklet.sightings.first()?.step)?)))
+        Some((reading, known_heading(hypothesis, tracklet.sightings.first()?.step)?))
     };
     of_object.filter_map(part).collect()
+}
+
+/// The heading of the robot at a step.
+fn known_heading(hypothesis: &Estimated, step: usize) -> Option<Heading> {
+    let yaw = heading(&pose(hypothesis, step)?);
+    let key = Key::Robot(step);
+    let covariance = hypothesis.estimator().joint(&[key]).and_then(|joint| joint.covariance(key));
+    // The robot stands upright but for little: its z axis is the world's.
+    Some(Heading { yaw, variance: covariance.map_or(0.0, |covariance| covariance[(2, 2)].max(0.0)) })
 }
 
 /// A pose upright: of its rotation the heading alone.

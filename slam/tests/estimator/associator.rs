@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use vantage_dataset::{Observations, Seed, Tracklets};
 use vantage_slam::associator::{
-    Association, AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Hypothesizing, Likeness,
-    Separate,
+    Association, AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Heading, Hypothesizing,
+    Likeness, Separate,
 };
 use vantage_slam::problem::Problem;
 use vantage_slam::sighting::Sighting;
@@ -16,7 +16,8 @@ use vantage_slam::{EstimateError, Estimator, Geometric, Key};
 
 const GAP: usize = 3;
 /// The encoder of these worlds is linear in a model that is not: it errs by more than it says.
-const LIKENESS: EncodedSettings = EncodedSettings { views: 8, latent_exponent: 0.02, side_exponent: 0.1 };
+const LIKENESS: EncodedSettings =
+    EncodedSettings { views: 8, latent_exponent: 0.02, side_exponent: 0.1, copies: 0.1 };
 
 fn model() -> TanhModel {
     TanhModel::new([6, 12, 24], 0.03, 8.0, Seed(5))
@@ -119,8 +120,10 @@ fn crops_tell_objects_apart_that_drift_mixes_up() {
         let given = World::new(&spec, Some(&model), Seed(seed)).observations;
 
         blind += usize::from(associate(&Hypothesizing::new(&estimator, own, Blind), &given).1);
-        let encoded =
-            Encoded::new(&model, EncodedSettings { views: 8, latent_exponent: 0.3, side_exponent: 0.3 });
+        let encoded = Encoded::new(
+            &model,
+            EncodedSettings { views: 8, latent_exponent: 0.3, side_exponent: 0.3, copies: 0.1 },
+        );
         seeing += usize::from(associate(&Hypothesizing::new(&estimator, own, encoded), &given).1);
     }
     println!("right on 30 seeds: {blind} without crops, {seeing} with them");
@@ -155,18 +158,22 @@ fn a_likeness_turns_with_its_frames_and_knows_no_order() {
     };
     let readings: Vec<_> =
         (0..tracklets.count()).map(read).filter(|(_, reading)| reading.is_some()).collect();
+    let at = |yaw| Heading { yaw, variance: 0.0 };
     let (mut same, mut other) = (0, 0);
     for (i, (a, first)) in readings.iter().enumerate() {
-        assert!(encoded.log_ratio(&[(first, 0.3)]).abs() < 1e-9);
+        assert!(encoded.log_ratio(&[(first, at(0.3))]).abs() < 1e-9);
         for (b, second) in &readings[..i] {
-            let ratio = encoded.log_ratio(&[(first, 0.0), (second, 0.0)]);
-            let swapped = encoded.log_ratio(&[(second, 0.0), (first, 0.0)]);
-            let turned = encoded.log_ratio(&[(first, PI / 2.0), (second, PI / 2.0)]);
+            let ratio = encoded.log_ratio(&[(first, at(0.0)), (second, at(0.0))]);
+            let swapped = encoded.log_ratio(&[(second, at(0.0)), (first, at(0.0))]);
+            let turned = encoded.log_ratio(&[(first, at(PI / 2.0)), (second, at(PI / 2.0))]);
             assert!((ratio - swapped).abs() < 1e-9 && (ratio - turned).abs() < 1e-9);
             if a == b {
                 assert!(ratio > 0.5, "object {a}: {ratio}");
-                let apart = encoded.log_ratio(&[(first, 0.0), (second, PI / 2.0)]);
+                let apart = encoded.log_ratio(&[(first, at(0.0)), (second, at(PI / 2.0))]);
                 assert!(apart < ratio - 0.5, "object {a} turned by a quarter: {apart} for {ratio}");
+                let lost = Heading { yaw: 0.0, variance: 9.0 };
+                let unknown = encoded.log_ratio(&[(first, at(0.0)), (second, lost)]);
+                assert!(unknown < ratio, "object {a} by a lost robot: {unknown} for {ratio}");
                 same += 1;
             } else {
                 assert!(ratio < -2.0, "objects {a} and {b}: {ratio}");
