@@ -7,16 +7,17 @@ use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::Table;
 use crate::scene_file::row::Row;
-use crate::score::association::{ASSOCIATION, COLUMNS, TrueTracklets};
+use crate::score::association::{ASSOCIATION, COLUMNS, TrueTracklets, canonical};
 use crate::score::association_entry::AssociationEntry;
 use crate::score::ate::ate;
 use crate::score::embedding::Scores;
 use crate::score::pairs::Pairs;
 use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 use vantage_dataset::store::{read_observations, read_truth};
-use vantage_dataset::{Observations, Seed, Tracklets, Truth};
+use vantage_dataset::{Detection, Observations, Seed, Tracklets, Truth};
 use vantage_slam::{Association, EstimateError, Settings};
 
 /// The row of the association that estimators are given otherwise.
@@ -25,7 +26,7 @@ pub const GIVEN: &str = "given";
 /// What a row made of an episode.
 #[derive(Clone, Debug)]
 pub struct Associated {
-    /// Of each detection, in the order of the episode's, the number of its object; none of one that is of nothing.
+    /// Of each detection, in the order of the episode's, its object, numbered as they come; none of one that is of nothing.
     pub objects: Vec<Option<usize>>,
     /// How long each step took.
     pub times: Vec<Duration>,
@@ -123,7 +124,22 @@ impl Given {
             }
         }
         answered.extend(entries.iter().map(|entry| self.entered(entry)));
-        answered.into_par_iter().map(|answered| self.scored(&settings, methods, answered)).collect()
+        let mut scored: Vec<Result<Associated, String>> =
+            answered.into_iter().map(|answered| self.scored(answered)).collect();
+        // Most rows agree: each way to tell who is who is estimated by once.
+        let told: BTreeSet<Vec<Option<usize>>> =
+            scored.iter().flatten().map(|associated| associated.objects.clone()).collect();
+        let errors: BTreeMap<Vec<Option<usize>>, Scores> = told
+            .into_par_iter()
+            .map(|objects| {
+                let errors = self.errors(&settings, methods, &objects)?;
+                Ok((objects, errors))
+            })
+            .collect::<Result<_, StageError>>()?;
+        for associated in scored.iter_mut().flatten() {
+            associated.scores.extend(errors[&associated.objects].clone());
+        }
+        Ok(scored)
     }
 
     /// What estimators are told otherwise.
@@ -149,7 +165,7 @@ impl Given {
             return Ok(Answered { tracklets, order, answer: Err("no row of a model".to_owned()) });
         };
         let sensor = (&self.observations.camera, &pipeline.file.sensors.detector);
-        let associator = row.associator(&settings, sensor, method.model.reader().model);
+        let associator = row.associator(told, &settings, sensor, method.model.reader().model);
         let answer = match catch_unwind(AssertUnwindSafe(|| associator.associate(&tracklets))) {
             Ok(Ok(association)) => Ok(association),
             Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Indefinite { .. }))) => {
@@ -175,17 +191,9 @@ impl Given {
         Answered { tracklets, order, answer }
     }
 
-    fn scored(
-        &self,
-        settings: &Settings,
-        methods: &[Method<'_>],
-        answered: Answered,
-    ) -> Result<Result<Associated, String>, StageError> {
+    fn scored(&self, answered: Answered) -> Result<Associated, String> {
         let Answered { tracklets, order, answer } = answered;
-        let association = match answer {
-            Ok(association) => association,
-            Err(reason) => return Ok(Err(reason)),
-        };
+        let association = answer?;
         let seen = tracklets.observations();
         let shown = |number: &usize| {
             let detection = &self.observations.detections[*number];
@@ -204,7 +212,27 @@ impl Given {
         let told = association.objects();
         let mut scores = truth.scores(told);
         scores.extend(truth.of_hypotheses(&association));
-        let observations = tracklets.associated(told);
+        let mut objects = vec![None; order.len()];
+        for (detection, &number) in seen.detections.iter().zip(&order) {
+            objects[number] = told[detection.track];
+        }
+        Ok(Associated { objects: canonical(objects.into_iter()), times: association.times, scores })
+    }
+
+    /// ATE of the rows by what was associated.
+    fn errors(
+        &self,
+        settings: &Settings,
+        methods: &[Method<'_>],
+        objects: &[Option<usize>],
+    ) -> Result<Scores, StageError> {
+        let detections = self.observations.detections.iter().zip(objects);
+        let mut detections: Vec<Detection> = detections
+            .filter_map(|(detection, object)| Some(Detection { track: (*object)?, ..detection.clone() }))
+            .collect();
+        detections.sort_by_key(|detection| (detection.step, detection.track));
+        let observations = Observations { detections, ..self.observations.clone() };
+        let mut scores = Scores::new();
         for (metric, row) in [
             (Metric::AteOfGeometric, methods.iter().find(|method| method.row == Row::Geometric)),
             (Metric::AteOfLearned, methods.iter().find(|method| method.row.is_of_model())),
@@ -212,11 +240,7 @@ impl Given {
             let error = row.map(|row| self.error(settings, row, &observations)).transpose()?.flatten();
             scores.extend(error.map(|error| (metric, error)));
         }
-        let mut objects = vec![None; order.len()];
-        for (detection, &number) in seen.detections.iter().zip(&order) {
-            objects[number] = told[detection.track];
-        }
-        Ok(Ok(Associated { objects, times: association.times, scores }))
+        Ok(scores)
     }
 
     /// ATE of a row; none where it has no answer.

@@ -45,6 +45,14 @@ impl Told {
     /// All levels, the more telling first.
     pub const ALL: [Self; 2] = [Self::Tracklets, Self::None];
 
+    /// Hypotheses that are kept at most: where each detection is a choice, time has to be bounded.
+    fn hypotheses(self) -> usize {
+        match self {
+            Self::Tracklets => 32,
+            Self::None => 8,
+        }
+    }
+
     /// Observations that tell no more, and of each detection its number among those of `given`.
     pub fn of(self, given: &Observations) -> (Tracklets, Vec<usize>) {
         match self {
@@ -68,12 +76,14 @@ impl AssociatorRow {
     /// The associator, with an estimator's settings, a detector and a model.
     pub fn associator<'m>(
         self,
+        told: Told,
         settings: &Settings,
         (camera, detector): (&Camera, &DetectorSpec),
         model: &'m dyn ObservationModel,
     ) -> Box<dyn Associator + 'm> {
-        let own =
-            AssociationSettings { clutter: clutter(camera, detector), ..AssociationSettings::default() };
+        let default = AssociationSettings::default();
+        let limits = Limits { hypotheses: told.hypotheses(), ..default.limits };
+        let own = AssociationSettings { limits, clutter: clutter(camera, detector), ..default };
         let greedy = AssociationSettings { limits: Limits { hypotheses: 1, ..own.limits }, ..own };
         let views = EncodedSettings::default();
         let latents = EncodedSettings { side_exponent: 0.0, ..views };

@@ -167,7 +167,7 @@ fn share(part: f64, all: f64) -> Option<f64> {
 }
 
 /// Objects numbered in the order in which they come.
-fn canonical(objects: impl Iterator<Item = Option<usize>>) -> Vec<Option<usize>> {
+pub fn canonical(objects: impl Iterator<Item = Option<usize>>) -> Vec<Option<usize>> {
     let mut names = BTreeMap::new();
     let mut name = |object: usize| {
         let next = names.len();
