@@ -90,7 +90,7 @@ impl TrueTracklets {
             (Metric::TruthSurvived, f64::from(survived)),
             (Metric::BestWeight, best.weight),
             (Metric::BestBrier, (best.weight - is_right).powi(2)),
-            (Metric::HypothesesEntropy, weights.map(|weight| -weight * libm::log(weight)).sum()),
+            (Metric::HypothesesEntropy, weights.map(|weight| weight * libm::log(1.0 / weight)).sum()),
             (Metric::Hypotheses, association.hypotheses.len() as f64),
         ])
     }

@@ -14,6 +14,8 @@ pub struct Hypotheses<E> {
     hypotheses: Vec<Hypothesis<E>>,
     given_up: GivenUp,
     work: Work,
+    /// Whether nothing was taken in since all was brought up to date.
+    is_settled: bool,
 }
 
 impl<E> Hypotheses<E> {
@@ -23,7 +25,13 @@ impl<E> Hypotheses<E> {
         E: LocalEstimator<'m>,
     {
         let hypotheses = vec![Hypothesis::new(estimator)];
-        Self { limits, hypotheses, given_up: GivenUp::default(), work: Work { most: 1, ..Work::default() } }
+        Self {
+            limits,
+            hypotheses,
+            given_up: GivenUp::default(),
+            work: Work { most: 1, ..Work::default() },
+            is_settled: false,
+        }
     }
 
     /// The hypotheses that are left, the most likely first as of the last choice or [`Hypotheses::settle`].
@@ -68,6 +76,7 @@ impl<E> Hypotheses<E> {
     where
         E: LocalEstimator<'m>,
     {
+        self.is_settled = false;
         self.keep_solved(|hypothesis| {
             let addition = addition(hypothesis);
             hypothesis.estimator.add(&addition)
@@ -85,6 +94,7 @@ impl<E> Hypotheses<E> {
         self.work.updates += self.hypotheses.len();
         self.keep_solved(|hypothesis| hypothesis.estimator.update())?;
         self.weigh_anew();
+        self.is_settled = true;
         Ok(())
     }
 
@@ -127,7 +137,7 @@ impl<E> Hypotheses<E> {
         E: LocalEstimator<'m>,
     {
         let mut frames: Vec<Frame<'m>> = self.hypotheses.iter().map(&frame).collect();
-        if frames.iter().any(Frame::is_informed) {
+        if !self.is_settled && frames.iter().any(Frame::is_informed) {
             self.settle()?;
             frames = self.hypotheses.iter().map(&frame).collect();
         }
@@ -171,6 +181,7 @@ impl<E> Hypotheses<E> {
     where
         E: LocalEstimator<'m>,
     {
+        self.is_settled = false;
         let mut uses = vec![0; self.hypotheses.len()];
         kept.iter().for_each(|&index| uses[continuations[index].parent] += 1);
         let mut parents: Vec<Option<Hypothesis<E>>> =

@@ -276,11 +276,12 @@ impl<'m> LocalEstimator<'m> for SharedSmoother<'m> {
 
     fn update(&mut self) -> Result<(), Unsolved> {
         let before = self.variables.clone();
-        for _ in 0..self.thresholds.rounds {
+        for round in 0..self.thresholds.rounds {
             match self.step() {
                 Ok(true) => return Ok(()),
                 Ok(false) => {}
-                // Whole steps may lead to where nothing is defined.
+                Err(error) if round == 0 => return Err(error),
+                // Whole steps led to where nothing is fixed.
                 Err(_) => break,
             }
         }

@@ -195,11 +195,9 @@ impl Likeness for Encoded<'_> {
             latents.push(latent);
             sides.push(side);
         }
-        let alone = |with_sides: bool| {
-            let by_yaw = latents.iter().zip(&sides).map(|(latent, &side)| ByYaw { latent, side });
-            log_mean(by_yaw.map(|under| self.log_evidence(&[under], with_sides)))
-        };
-        let alone = [alone(true), alone(false)];
+        let of_latents: Vec<f64> = latents.iter().map(|latent| self.log_evidence(&[latent])).collect();
+        let with_sides = log_mean(of_latents.iter().zip(&sides).map(|(latent, side)| latent + side));
+        let alone = [with_sides, log_mean(of_latents.iter().copied())];
         Ok(Some(EncodedReading { latents, sides, alone }))
     }
 
@@ -211,15 +209,15 @@ impl Likeness for Encoded<'_> {
         let turned: Vec<Vec<ByYaw<'_>>> = (read.iter())
             .map(|(reading, heading)| reading.turned(heading.yaw, (heading.variance - first.variance).abs()))
             .collect();
-        let log_ratio = |sides: bool| {
-            let together = log_mean((0..YAWS).map(|k| {
-                let under: Vec<ByYaw<'_>> = turned.iter().map(|by_yaw| by_yaw[k]).collect();
-                self.log_evidence(&under, sides)
-            }));
-            together - read.iter().map(|(reading, _)| reading.alone[usize::from(!sides)]).sum::<f64>()
-        };
+        let latents: Vec<f64> = (0..YAWS)
+            .map(|k| self.log_evidence(&turned.iter().map(|by_yaw| by_yaw[k].latent).collect::<Vec<_>>()))
+            .collect();
+        let side = |k: usize| turned.iter().map(|by_yaw| by_yaw[k].side).sum::<f64>();
+        let alone = |of: usize| read.iter().map(|(reading, _)| reading.alone[of]).sum::<f64>();
+        let with_sides = log_mean((0..YAWS).map(|k| latents[k] + side(k))) - alone(0);
+        let without = log_mean(latents.iter().copied()) - alone(1);
         let copies = self.settings.copies;
-        log_ratio(true) - log_sum(libm::log(1.0 - copies), libm::log(copies) + log_ratio(false))
+        with_sides - log_sum(libm::log(1.0 - copies), libm::log(copies) + without)
     }
 }
 
@@ -247,10 +245,9 @@ impl EncodedReading {
 }
 
 impl Encoded<'_> {
-    fn log_evidence(&self, under: &[ByYaw<'_>], sides: bool) -> f64 {
-        let latents: Vec<&LatentFactor> = under.iter().map(|under| under.latent).collect();
-        let side: f64 = if sides { under.iter().map(|under| under.side).sum() } else { 0.0 };
-        self.settings.latent_exponent * LatentFactor::log_evidence(&latents) + side
+    /// `a` times the log-evidence of one latent.
+    fn log_evidence(&self, latents: &[&LatentFactor]) -> f64 {
+        self.settings.latent_exponent * LatentFactor::log_evidence(latents)
     }
 }
 

@@ -27,6 +27,8 @@ pub(super) type Estimated = Hypothesis<SharedSmoother<'static>>;
 /// A tracklet, as far as it goes.
 struct Tracklet<R> {
     sightings: Vec<Sighting>,
+    /// Of the robot's heading at the first sighting, as known then.
+    heading_variance: f64,
     /// What was read of its crops, the newest last, and of how many sightings.
     readings: Vec<(usize, R)>,
 }
@@ -161,6 +163,8 @@ impl<'a, L: Likeness> Scan<'a, L> {
             .filter(|(_, tracklet)| is_live(tracklet))
             .map(|(number, _)| *number)
             .collect();
+        self.hypotheses.settle().map_err(|_| EstimateError::Indefinite { step })?;
+        let variance = self.heading_variance(step);
         let (sensing, tracklets, likeness) = (self.sensing, &self.tracklets, self.likeness);
         let chosen = self.hypotheses.choose(|hypothesis| {
             let taken: Vec<usize> = live.iter().filter_map(|number| hypothesis.label(*number)).collect();
@@ -173,7 +177,8 @@ impl<'a, L: Likeness> Scan<'a, L> {
                     .filter_map(|&object| Some((sensing.off(hypothesis, object, sighting)?, object)))
                     .collect();
                 near.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let heading = known_heading(hypothesis, step).unwrap_or_default();
+                let yaw = pose(hypothesis, step).map_or(0.0, |pose| heading(&pose));
+                let heading = Heading { yaw, variance };
                 let near = near.into_iter().take(sensing.settings.candidates);
                 let of_known = near.map(|(_, object)| {
                     let mut parts = parts(tracklets, hypothesis, object, None);
@@ -201,9 +206,19 @@ impl<'a, L: Likeness> Scan<'a, L> {
         chosen.map_err(|_| EstimateError::Indefinite { step })?;
         for (number, _, reading) in begun {
             let readings = reading.map(|reading| (1, reading)).into_iter().collect();
-            self.tracklets.insert(number, Tracklet { sightings: Vec::new(), readings });
+            let tracklet = Tracklet { sightings: Vec::new(), heading_variance: variance, readings };
+            self.tracklets.insert(number, tracklet);
         }
         Ok(())
+    }
+
+    /// Of the robot's heading, by the likeliest hypothesis.
+    fn heading_variance(&self, step: usize) -> f64 {
+        let key = Key::Robot(step);
+        let joint = self.hypotheses.best().and_then(|best| best.estimator().joint(&[key]));
+        let covariance = joint.and_then(|joint| joint.covariance(key));
+        // The robot stands upright but for little: its z axis is the world's.
+        covariance.map_or(0.0, |covariance| covariance[(2, 2)].max(0.0))
     }
 
     /// What the first sighting of something shows, at the depth that its box tells.
@@ -312,18 +327,10 @@ fn parts<'t, R>(
     let part = |(number, tracklet): (&usize, &'t Tracklet<R>)| {
         let behind = 1 + usize::from(back == Some(*number));
         let (_, reading) = &tracklet.readings[tracklet.readings.len().checked_sub(behind)?];
-        Some((reading, known_heading(hypothesis, tracklet.sightings.first()?.step)?))
+        let yaw = heading(&pose(hypothesis, tracklet.sightings.first()?.step)?);
+        Some((reading, Heading { yaw, variance: tracklet.heading_variance }))
     };
     of_object.filter_map(part).collect()
-}
-
-/// The heading of the robot at a step.
-fn known_heading(hypothesis: &Estimated, step: usize) -> Option<Heading> {
-    let yaw = heading(&pose(hypothesis, step)?);
-    let key = Key::Robot(step);
-    let covariance = hypothesis.estimator().joint(&[key]).and_then(|joint| joint.covariance(key));
-    // The robot stands upright but for little: its z axis is the world's.
-    Some(Heading { yaw, variance: covariance.map_or(0.0, |covariance| covariance[(2, 2)].max(0.0)) })
 }
 
 /// A pose upright: of its rotation the heading alone.
