@@ -60,6 +60,16 @@ pub struct Odometry {
     pub covariance: Matrix6<f64>,
 }
 
+impl Odometry {
+    /// Standard deviation of a heading, radians, from which on it may be any.
+    const ANY_HEADING: f64 = 1.0;
+
+    /// Whether it tells that the robot was moved and not how, as where it was carried: the later heading may be any.
+    pub fn is_unknown(&self) -> bool {
+        self.covariance[(2, 2)] > Self::ANY_HEADING * Self::ANY_HEADING
+    }
+}
+
 /// One object seen in one image.
 #[derive(Clone, Debug)]
 pub struct Detection {

@@ -15,11 +15,21 @@ pub struct Tracklets {
 
 impl Tracklets {
     /// Detections joined while an object stays in view, at most `gap` steps apart: the association between consecutive frames that
-    /// the paper takes for granted. Also returns, of each detection, its number among those of `given`, which only scoring may read.
+    /// the paper takes for granted. None goes on where the robot was carried. Also returns, of each detection, its number among those of `given`, which only scoring may read.
     pub fn joined(given: &Observations, gap: usize) -> (Self, Vec<usize>) {
         let mut open: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        let carried: Vec<usize> = given
+            .odometry
+            .iter()
+            .filter(|odometry| odometry.is_unknown())
+            .map(|odometry| odometry.to)
+            .collect();
         Self::numbered(given, gap, |detection, next| {
-            let last = open.get(&detection.track).filter(|(step, _)| detection.step - step <= gap);
+            let is_on = |last: usize| {
+                detection.step - last <= gap
+                    && !carried.iter().any(|at| (last + 1..=detection.step).contains(at))
+            };
+            let last = open.get(&detection.track).filter(|(step, _)| is_on(*step));
             let tracklet = last.map_or(next, |(_, tracklet)| *tracklet);
             open.insert(detection.track, (detection.step, tracklet));
             tracklet
@@ -90,9 +100,9 @@ impl Tracklets {
 mod tests {
     use super::*;
     use crate::crop::Crop;
-    use crate::episode::BoundingBox;
+    use crate::episode::{BoundingBox, Odometry};
     use crate::{Camera, Pose};
-    use nalgebra::Vector2;
+    use nalgebra::{Matrix6, Vector2};
 
     fn seen(step: usize, track: usize, x: f64) -> Detection {
         Detection {
@@ -134,6 +144,22 @@ mod tests {
 
         let (alone, _) = Tracklets::alone(&given);
         assert_eq!(alone.count(), 6);
+    }
+
+    #[test]
+    fn nothing_is_joined_across_a_motion_that_is_unknown() {
+        let mut given = observations((0..4).map(|step| seen(step, 0, 50.0)).collect());
+        given.odometry = (0..3)
+            .map(|from| Odometry {
+                from,
+                to: from + 1,
+                robot_from_robot: Pose::identity(),
+                covariance: Matrix6::identity() * if from == 1 { 4.0 } else { 0.01 },
+            })
+            .collect();
+        let (tracklets, _) = Tracklets::joined(&given, 3);
+        let got: Vec<_> = tracklets.observations().detections.iter().map(|d| d.track).collect();
+        assert_eq!(got, [0, 0, 1, 1]);
     }
 
     #[test]

@@ -46,7 +46,7 @@ pub fn roll_out(
     let mut world = World::settled(scene, split, seed, progress)?;
     let ground = world.ground(&scene.world().room);
     let drive = drive(&mut world.physics, scene.robot(), &ground, seed, progress)?;
-    let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, seed);
+    let odometry = odometry::measure(&scene.sensors().odometry, &drive.world_from_robot, drive.carried, seed);
     Ok(Rollout {
         seed,
         relit: relit(scene.world(), &drive, seed),

@@ -80,10 +80,6 @@ impl Physics {
     /// Adds the robot's body: it slides on the floor without friction and cannot tip over.
     pub fn add_robot(&mut self, position: &Vector2<f64>, heading: f64) -> Body {
         let half_height = body::HEIGHT / 2.0;
-        let pose = Pose::from_parts(
-            Translation3::new(position.x, position.y, half_height),
-            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading),
-        );
         let upright = Pose::from_parts(Translation3::identity(), standing_cylinder());
         let collider = ColliderBuilder::cylinder(half_height as f32, body::RADIUS as f32)
             .position(pose_to_physics(&upright))
@@ -91,10 +87,18 @@ impl Physics {
             .friction(0.0)
             .friction_combine_rule(CoefficientCombineRule::Min);
         let robot = RigidBodyBuilder::dynamic()
-            .pose(pose_to_physics(&pose))
+            .pose(pose_to_physics(&standing(position, heading)))
             .enabled_rotations(false, false, true)
             .can_sleep(false);
         Body(self.world.insert(robot, collider).0)
+    }
+
+    /// Puts a robot elsewhere, at rest.
+    pub fn set_down(&mut self, body: Body, position: &Vector2<f64>, heading: f64) {
+        let robot = &mut self.world.bodies[body.0];
+        robot.set_position(pose_to_physics(&standing(position, heading)), true);
+        robot.set_linvel(Default::default(), true);
+        robot.set_angvel(Default::default(), true);
     }
 
     /// Advances the world by one step of `1 / RATE` seconds.
@@ -132,6 +136,14 @@ impl Physics {
         body.set_linvel(linear, true);
         body.set_angvel(vector_to_physics(&Vector3::new(0.0, 0.0, yaw_rate)), true);
     }
+}
+
+/// The pose of a robot's body on the floor.
+fn standing(position: &Vector2<f64>, heading: f64) -> Pose {
+    Pose::from_parts(
+        Translation3::new(position.x, position.y, body::HEIGHT / 2.0),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading),
+    )
 }
 
 /// The points of a hull, of its underside only the four that span it most widely: the engine touches with four

@@ -54,7 +54,8 @@ mod tests {
         let mount = Pose::new(Vector3::new(0.0, 0.0, 1.2), Vector3::new(-1.5, 0.3, 0.0));
         let spec = HandheldSpec { sway: 0.05, tilt_deg: 4.0, period: 2.0 };
         let timestamps: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.1).collect();
-        let mut drive = Drive { world_from_robot: vec![Pose::identity(); 400], timestamps, middle: 0.5 };
+        let mut drive =
+            Drive { world_from_robot: vec![Pose::identity(); 400], timestamps, middle: 0.5, carried: None };
         sway(&spec, &mount, &mut drive, Seed(5));
         let offsets: Vec<Tangent> =
             drive.world_from_robot.iter().map(|pose| se3::log(&(mount.inverse() * pose * mount))).collect();

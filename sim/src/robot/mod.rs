@@ -14,6 +14,7 @@ use crate::physics::Physics;
 use crate::plan::body;
 use crate::plan::ground::Ground;
 use crate::plan::track::Track;
+use crate::robot::pursuit::Carried;
 use crate::scene::{PathSpec, RobotSpec, StartSpec};
 use vantage_dataset::{Pose, Seed};
 
@@ -29,6 +30,8 @@ pub struct Drive {
     pub world_from_robot: Vec<Pose>,
     /// Share of the way at which its second half begins: where the ring is crossed, of one with a lap outside and one inside.
     pub middle: f64,
+    /// The step before which it was carried somewhere.
+    pub carried: Option<usize>,
 }
 
 /// Goes where the spec says. A robot drives, its speed kept to within half a physics step between two images; a hand sways
@@ -43,7 +46,12 @@ pub fn drive(
     let mut drive = if spec.path.stations() {
         stations::visit(spec, ground)?
     } else {
-        pursuit::pursue(physics, spec, &track(spec, ground, seed)?, progress)?
+        let track = track(spec, ground, seed)?;
+        let carried = spec.carried_after.map(|laps| Carried {
+            after: laps * track.length(),
+            by: track.length() * seed.stream("carried", 0).unit(),
+        });
+        pursuit::pursue(physics, spec, &track, carried, progress)?
     };
     if let Some(hand) = &spec.handheld {
         hand::sway(hand, &spec.camera.robot_from_camera(), &mut drive, seed);

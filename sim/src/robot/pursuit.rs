@@ -14,11 +14,21 @@ const LOOKAHEAD: f64 = 0.25;
 /// A robot this far from where it should be has failed, metres.
 const TOLERANCE: f64 = 0.3;
 
+/// That the robot is lifted, and set down elsewhere on its track.
+#[derive(Clone, Copy)]
+pub(super) struct Carried {
+    /// Distance driven before, metres.
+    pub after: f64,
+    /// How far along the track, metres.
+    pub by: f64,
+}
+
 /// Drives along the track of an episode.
 pub(super) fn pursue(
     physics: &mut Physics,
     spec: &RobotSpec,
     track: &Track,
+    carried: Option<Carried>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Drive, SimError> {
     let steps = spec.steps.unwrap_or(2);
@@ -29,16 +39,23 @@ pub(super) fn pursue(
     let start = track.waypoint(0.0);
     let heading = libm::atan2(start.tangent.y, start.tangent.x);
     let mut pursuit = Pursuit { track, body: physics.add_robot(&start.position, heading), travelled: 0.0 };
-    let mut drive = Drive { timestamps: Vec::new(), world_from_robot: Vec::new(), middle: track.middle() };
+    let mut drive =
+        Drive { timestamps: Vec::new(), world_from_robot: Vec::new(), middle: track.middle(), carried: None };
     for step in 0..steps {
-        if step > 0 {
+        let driven = f64::from(step) * spacing;
+        let carried = carried.filter(|carried| driven > carried.after);
+        let place = driven + carried.map_or(0.0, |carried| carried.by);
+        if carried.is_some() && drive.carried.is_none() {
+            drive.carried = Some(step as usize);
+            pursuit.set_down(physics, place);
+        } else if step > 0 {
             for _ in 0..ticks as u64 {
                 pursuit.steer(physics, speed);
                 physics.step()?;
             }
         }
         let pose = pursuit.pose(physics);
-        let due = track.waypoint(f64::from(step) * spacing).position;
+        let due = track.waypoint(place).position;
         let distance = (pose.translation.vector.xy() - due).norm();
         if distance > TOLERANCE {
             return Err(SimError::LeftThePath { step: step as usize, distance });
@@ -60,6 +77,13 @@ struct Pursuit<'a> {
 impl Pursuit<'_> {
     fn pose(&self, physics: &Physics) -> Pose {
         physics.pose(self.body) * Translation3::new(0.0, 0.0, -body::HEIGHT / 2.0)
+    }
+
+    fn set_down(&mut self, physics: &mut Physics, place: f64) {
+        self.travelled = place;
+        let waypoint = self.track.waypoint(place);
+        let heading = libm::atan2(waypoint.tangent.y, waypoint.tangent.x);
+        physics.set_down(self.body, &waypoint.position, heading);
     }
 
     fn steer(&mut self, physics: &mut Physics, speed: f64) {

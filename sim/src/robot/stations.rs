@@ -28,7 +28,7 @@ pub fn visit(spec: &RobotSpec, ground: &Ground) -> Result<Drive, SimError> {
         _ => return Err(SimError::NoTrack),
     };
     let timestamps = (0..world_from_robot.len()).map(|i| i as f64).collect();
-    Ok(Drive { timestamps, world_from_robot, middle: 0.5 })
+    Ok(Drive { timestamps, world_from_robot, middle: 0.5, carried: None })
 }
 
 /// `world_from_camera` for each angle, and at each angle for each elevation: the camera looks at the point `height` metres

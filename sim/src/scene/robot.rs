@@ -23,6 +23,12 @@ pub struct RobotSpec {
     #[garde(inner(range(min = 0.01, max = 100.0), custom(not_nan)), custom(turn_of(&self.path, self.laps)))]
     #[schemars(range(min = 0.01, max = 100.0))]
     pub reverse_after: Option<f64>,
+    /// After so many laps it is carried, between two images, to anywhere on the path, drawn from the seed; closed paths only. Odometry
+    /// tells nothing of where to. It is left to drive on where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(range(min = 0.01, max = 100.0), custom(not_nan)), custom(carried_of(self)))]
+    #[schemars(range(min = 0.01, max = 100.0))]
+    pub carried_after: Option<f64>,
     /// Metres per second, of what drives.
     #[serde(default = "walking_pace")]
     #[garde(range(min = 0.01, max = 2.0), custom(not_nan))]
@@ -132,6 +138,25 @@ fn turn_of(path: &PathSpec, laps: f64) -> impl Fn(&Option<f64>, &()) -> garde::R
         )),
         Some(after) if *after >= laps => Err(garde::Error::new(format!(
             "got {after}, expected less than robot.laps, {laps}: nothing would be driven after the turn"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn carried_of(robot: &RobotSpec) -> impl Fn(&Option<f64>, &()) -> garde::Result {
+    move |after, ()| match after {
+        Some(_) if !robot.path.is_closed() => Err(garde::Error::new(
+            "this path does not end where it begins; leave `carried_after` out or choose a closed path",
+        )),
+        Some(_) if robot.reverse_after.is_some() => {
+            Err(garde::Error::new("a robot that turns round is not carried; leave `reverse_after` out"))
+        }
+        Some(_) if robot.handheld.is_some() => {
+            Err(garde::Error::new("what a hand holds is not set down on the floor; leave `handheld` out"))
+        }
+        Some(after) if *after >= robot.laps => Err(garde::Error::new(format!(
+            "got {after}, expected less than robot.laps, {}: nothing would be driven where it is set down",
+            robot.laps
         ))),
         _ => Ok(()),
     }

@@ -7,6 +7,10 @@ use vantage_dataset::{Odometry, Pose, Seed, Tangent, se3};
 /// Standard deviations that even a standing robot's odometry has: radians and metres.
 const FLOOR: [f64; 2] = [1e-4, 1e-4];
 
+/// Standard deviations of where a robot is carried: radians of its heading and metres along the floor, as wide as those of any heading and any place
+/// in a room; out of the plane it stays on the floor.
+const CARRIED: [f64; 6] = [0.01, 0.01, 2.5, 4.0, 4.0, 0.01];
+
 /// Standard deviations of one measurement, rotation first; and of its part that is the same all through an episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
@@ -59,14 +63,24 @@ impl Noise {
 /// Measures every motion between consecutive true poses: `true motion * Exp(noise)`.
 ///
 /// Streams: `odometry` by step, `odometry bias` once. Both draw standard normals that the noise model scales, so
-/// that a change of the model changes the size of the errors, not their shape.
-pub fn measure(spec: &OdometrySpec, world_from_robot: &[Pose], seed: Seed) -> Vec<Odometry> {
+/// that a change of the model changes the size of the errors, not their shape. Of the motion to the step before which the robot is `carried`
+/// nothing is measured: it is told as none, of a covariance as wide as any.
+pub fn measure(
+    spec: &OdometrySpec,
+    world_from_robot: &[Pose],
+    carried: Option<usize>,
+    seed: Seed,
+) -> Vec<Odometry> {
     let mut bias_stream = seed.stream("odometry bias", 0);
     let bias = Tangent::from_fn(|_, _| bias_stream.normal());
     world_from_robot
         .windows(2)
         .enumerate()
         .map(|(from, pair)| {
+            if carried == Some(from + 1) {
+                let covariance = Matrix6::from_diagonal(&Tangent::from(CARRIED.map(|sigma| sigma * sigma)));
+                return Odometry { from, to: from + 1, robot_from_robot: Pose::identity(), covariance };
+            }
             let motion = pair[0].inv_mul(&pair[1]);
             let noise = Noise::of_motion(spec, &motion);
             let mut stream = seed.stream("odometry", from as u64);
@@ -98,7 +112,8 @@ mod tests {
     fn wheels_slip_as_often_as_they_are_told_and_disturb_no_other_noise() {
         let track: Vec<Pose> = (0..2001).map(|i| Pose::translation(0.4 * f64::from(i), 0.0, 0.0)).collect();
         let slipping = OdometrySpec { slip: Some(SlipSpec { probability: 0.1, excess: 0.5 }), ..spec() };
-        let (plain, slipped) = (measure(&spec(), &track, Seed(3)), measure(&slipping, &track, Seed(3)));
+        let (plain, slipped) =
+            (measure(&spec(), &track, None, Seed(3)), measure(&slipping, &track, None, Seed(3)));
         let ratios: Vec<f64> = plain
             .iter()
             .zip(&slipped)
@@ -139,7 +154,7 @@ mod tests {
             .collect();
         (0..n)
             .map(|seed| {
-                let measured = &measure(&spec(), &track, Seed(seed))[steps - 1];
+                let measured = &measure(&spec(), &track, None, Seed(seed))[steps - 1];
                 let error = se3::log(&(motion().inverse() * measured.robot_from_robot));
                 let inverse = measured.covariance.try_inverse().unwrap();
                 (error.transpose() * inverse * error).x
@@ -175,7 +190,7 @@ mod tests {
             ..spec()
         };
         let track = [Pose::identity(), motion(), motion() * motion()];
-        let measured = measure(&only_bias, &track, Seed(4));
+        let measured = measure(&only_bias, &track, None, Seed(4));
         let yaw_error = |i: usize| se3::log(&(motion().inverse() * measured[i].robot_from_robot))[2];
         assert!(yaw_error(0).abs() > 1e-3, "{}", yaw_error(0));
         assert!((yaw_error(0) - yaw_error(1)).abs() < 1e-3);

@@ -13,7 +13,7 @@ pub fn dead_reckon(spec: &OdometrySpec, session: &mut [(&Viewpoint, &mut Sightin
     session.sort_by(|(a, _), (b, _)| a.azimuth().total_cmp(&b.azimuth()));
     let track: Vec<Pose> =
         session.iter().map(|(_, sighting)| upright(&sighting.session_from_camera)).collect();
-    let motions = odometry::measure(spec, &track, seed);
+    let motions = odometry::measure(spec, &track, None, seed);
     let mut session_from_robot = Pose::identity();
     for (step, (_, sighting)) in session.iter_mut().enumerate() {
         if let Some(motion) = step.checked_sub(1).map(|last| &motions[last]) {

@@ -158,6 +158,20 @@ fn loops_and_rings_fit_the_room_and_what_stands_in_it() {
 }
 
 #[test]
+fn a_robot_is_carried_on_the_floor_before_it_arrives() {
+    let with = |change: &dyn Fn(&mut SceneSpec)| {
+        let mut spec = shipped("aliased");
+        (spec.robot.laps, spec.robot.carried_after) = (2.0, Some(1.0));
+        checked(spec.clone());
+        change(&mut spec);
+        refusal(spec)
+    };
+    assert!(with(&|spec| spec.robot.laps = 1.0).contains("expected less than robot.laps, 1"));
+    assert!(with(&|spec| spec.robot.carried_after = Some(f64::NAN)).contains("carried_after"));
+    assert!(with(&|spec| spec.robot.reverse_after = Some(0.5)).contains("leave `reverse_after` out"));
+}
+
+#[test]
 fn a_robot_turns_round_within_its_laps_and_the_room() {
     let with = |change: &dyn Fn(&mut SceneSpec)| {
         let mut spec = shipped("sparse_loop");

@@ -71,10 +71,7 @@ impl<'a, L: Likeness> Scan<'a, L> {
         odometry: &[Odometry],
         seen: &BTreeMap<usize, Sighting>,
     ) -> Result<(), EstimateError> {
-        let indefinite = |e: AssociationError| {
-            eprintln!("DBG {e}");
-            EstimateError::Indefinite { step }
-        };
+        let indefinite = |_: AssociationError| EstimateError::Indefinite { step };
         self.move_robot(step, odometry).map_err(indefinite)?;
         self.follow(seen).map_err(indefinite)?;
         self.meet(step, seen)?;
