@@ -58,6 +58,7 @@ pub mod posterior;
 pub mod problem;
 pub mod se3_jacobian;
 pub mod semantics;
+pub mod set_down;
 pub mod settings;
 pub mod sighting;
 pub mod solve;

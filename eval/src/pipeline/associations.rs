@@ -1,7 +1,8 @@
 //! Stage `associations`: who is who by every associator, where the estimator is told less than all, and what that makes of the trajectory.
 
-use super::associator_row::{AssociatorRow, Told};
+use super::associator_row::{AssociatorRow, Looks, Told};
 use super::estimates::PANICKED;
+use super::readouts::readouts;
 use super::{Method, Pipeline, SeedEpisode, StageError};
 use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
@@ -12,6 +13,7 @@ use crate::score::association_entry::AssociationEntry;
 use crate::score::ate::ate;
 use crate::score::embedding::Scores;
 use crate::score::pairs::Pairs;
+use crate::score::relocation::{self, relocation_scores};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -52,6 +54,11 @@ pub fn associations(
 ) -> Result<Vec<SeedAssociations>, StageError> {
     let stage = pipeline.progress.stage("associations", episodes.len() as u64);
     let rows = association_rows(entries).len();
+    let reader = methods
+        .first()
+        .map(|method| Ok::<_, StageError>((method.model, readouts(pipeline, &method.model.model)?.0)));
+    let reader = reader.transpose()?;
+    let looks = reader.as_ref().map(|(model, readouts)| Looks { model: model.viewing(), readouts });
     let mut answers = Vec::with_capacity(episodes.len());
     for (seed, episode) in episodes {
         let of_seed = match episode {
@@ -61,7 +68,7 @@ pub fn associations(
                     observations: read_observations(&episode.folder)?,
                     truth: read_truth(&episode.folder)?,
                 };
-                given.associated(pipeline, methods, entries)?
+                given.associated(pipeline, looks, methods, entries)?
             }
             Err(reason) => vec![Err(reason.clone()); rows],
         };
@@ -92,7 +99,10 @@ pub fn association_table(
         }
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Ok(Some(Table::new(ASSOCIATION, &names, None, &COLUMNS, seeds, runs)?))
+    let is_carried = runs.iter().any(|run| run.scores.contains_key(&Metric::Resolved));
+    let of_carried = if is_carried { relocation::COLUMNS.as_slice() } else { &[] };
+    let columns = [COLUMNS.as_slice(), of_carried].concat();
+    Ok(Some(Table::new(ASSOCIATION, &names, None, &columns, seeds, runs)?))
 }
 
 /// An episode.
@@ -113,6 +123,7 @@ impl Given {
     fn associated(
         &self,
         pipeline: &Pipeline,
+        looks: Option<Looks<'_>>,
         methods: &[Method<'_>],
         entries: &[AssociationEntry],
     ) -> Result<Vec<Result<Associated, String>>, StageError> {
@@ -120,7 +131,7 @@ impl Given {
         let mut answered = vec![self.oracle()];
         for told in Told::ALL {
             for row in AssociatorRow::ALL {
-                answered.push(self.answer(pipeline, methods, told, row)?);
+                answered.push(self.answer(pipeline, looks, told, row)?);
             }
         }
         answered.extend(entries.iter().map(|entry| self.entered(entry)));
@@ -155,17 +166,17 @@ impl Given {
     fn answer(
         &self,
         pipeline: &Pipeline,
-        methods: &[Method<'_>],
+        looks: Option<Looks<'_>>,
         told: Told,
         row: AssociatorRow,
     ) -> Result<Answered, StageError> {
         let (tracklets, order) = told.of(&self.observations);
         let settings = pipeline.file.estimator.settings();
-        let Some(method) = methods.first() else {
+        let Some(looks) = looks else {
             return Ok(Answered { tracklets, order, answer: Err("no row of a model".to_owned()) });
         };
-        let sensor = (&self.observations.camera, &pipeline.file.sensors.detector);
-        let associator = row.associator(told, &settings, sensor, method.model.reader().model);
+        let detector = &pipeline.file.sensors.detector;
+        let associator = row.associator((told, &self.observations), &settings, detector, looks);
         let answer = match catch_unwind(AssertUnwindSafe(|| associator.associate(&tracklets))) {
             Ok(Ok(association)) => Ok(association),
             Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Indefinite { .. }))) => {
@@ -212,6 +223,11 @@ impl Given {
         let told = association.objects();
         let mut scores = truth.scores(told);
         scores.extend(truth.of_hypotheses(&association));
+        scores.extend(relocation_scores(
+            &self.observations,
+            &self.truth.world_from_robot,
+            &association.places,
+        ));
         let mut objects = vec![None; order.len()];
         for (detection, &number) in seen.detections.iter().zip(&order) {
             objects[number] = told[detection.track];

@@ -1,13 +1,15 @@
 //! The rows of the table of associations, and the associators that make them.
 
 use std::fmt;
-use vantage_dataset::{Camera, Observations, Tracklets};
+use vantage_dataset::{Camera, Observations, Odometry, Tracklets};
+use vantage_learn::readout::{ClassReadout, Readouts};
 use vantage_model::ObservationModel;
 use vantage_sim::scene::DetectorSpec;
 use vantage_slam::Settings;
 use vantage_slam::association::Limits;
 use vantage_slam::associator::{
-    AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Hypothesizing, Separate,
+    Alternating, AssociationSettings, Associator, Blind, Classed, ClassedSettings, Encoded, EncodedSettings,
+    Hypothesizing, Separate, Weights,
 };
 
 /// Steps without a detection after which an object has left the view.
@@ -24,17 +26,39 @@ pub enum Told {
     None,
 }
 
+/// Squared distance of two numbers that 99% of the right ones are within.
+const GATE: f64 = 9.21;
+/// Hypotheses that are kept at most where the robot may be anywhere.
+const HYPOTHESES_OF_PLACES: usize = 256;
+
+/// What rows read crops by.
+#[derive(Clone, Copy)]
+pub struct Looks<'m> {
+    /// Of views of objects.
+    pub model: &'m dyn ObservationModel,
+    /// Classes read off its measurement.
+    pub readouts: &'m Readouts,
+}
+
 /// An associator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AssociatorRow {
     /// No object is ever seen again.
     Separate,
+    /// The nearest object within a gate, one tracklet after the other, for good.
+    Nearest,
     /// The likeliest objects of a step's detections by geometry, for good.
     Greedy,
     /// The same, with the model's latents beside geometry.
     GreedyLatents,
+    /// Expectation maximisation by geometry and latents.
+    Em,
+    /// A max-mixture with a null hypothesis, by geometry and latents.
+    MaxMixture,
     /// Hypotheses by geometry.
     Hypotheses,
+    /// Hypotheses by geometry and class.
+    HypothesesClass,
     /// Hypotheses by geometry and latents: from which side an object is seen says nothing.
     HypothesesLatents,
     /// Hypotheses by geometry, latents and sides.
@@ -64,40 +88,52 @@ impl Told {
 
 impl AssociatorRow {
     /// All, in the order of the table.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
         Self::Separate,
+        Self::Nearest,
         Self::Greedy,
         Self::GreedyLatents,
+        Self::Em,
+        Self::MaxMixture,
         Self::Hypotheses,
+        Self::HypothesesClass,
         Self::HypothesesLatents,
         Self::HypothesesViews,
     ];
 
-    /// The associator, with an estimator's settings, a detector and a model.
+    /// The associator of what is seen, with an estimator's settings, a detector and what reads crops.
     pub fn associator<'m>(
         self,
-        told: Told,
+        (told, seen): (Told, &Observations),
         settings: &Settings,
-        (camera, detector): (&Camera, &DetectorSpec),
-        model: &'m dyn ObservationModel,
+        detector: &DetectorSpec,
+        looks: Looks<'m>,
     ) -> Box<dyn Associator + 'm> {
         let default = AssociationSettings::default();
-        let limits = Limits { hypotheses: told.hypotheses(), ..default.limits };
-        let own = AssociationSettings { limits, clutter: clutter(camera, detector), ..default };
+        let is_carried = seen.odometry.iter().any(Odometry::is_unknown);
+        let hypotheses = if is_carried { HYPOTHESES_OF_PLACES } else { told.hypotheses() };
+        let limits = Limits { hypotheses, ..default.limits };
+        let own = AssociationSettings { limits, clutter: clutter(&seen.camera, detector), ..default };
         let greedy = AssociationSettings { limits: Limits { hypotheses: 1, ..own.limits }, ..own };
-        let views = EncodedSettings::default();
-        let latents = EncodedSettings { side_exponent: 0.0, ..views };
+        let nearest = AssociationSettings { gate: Some(GATE), ..greedy };
+        let views = Encoded::new(looks.model, EncodedSettings::default());
+        let latents =
+            Encoded::new(looks.model, EncodedSettings { side_exponent: 0.0, ..EncodedSettings::default() });
+        let classes = ClassReadout::new(looks.model, &looks.readouts.classes);
         match self {
             Self::Separate => Box::new(Separate),
+            Self::Nearest => Box::new(Hypothesizing::new(settings, nearest, Blind)),
             Self::Greedy => Box::new(Hypothesizing::new(settings, greedy, Blind)),
-            Self::GreedyLatents => {
-                Box::new(Hypothesizing::new(settings, greedy, Encoded::new(model, latents)))
-            }
+            Self::GreedyLatents => Box::new(Hypothesizing::new(settings, greedy, latents)),
+            Self::Em => Box::new(Alternating::new(settings, nearest, latents, Weights::Expected)),
+            Self::MaxMixture => Box::new(Alternating::new(settings, nearest, latents, Weights::Largest)),
             Self::Hypotheses => Box::new(Hypothesizing::new(settings, own, Blind)),
-            Self::HypothesesLatents => {
-                Box::new(Hypothesizing::new(settings, own, Encoded::new(model, latents)))
+            Self::HypothesesClass => {
+                let classed = Classed::new(classes, ClassedSettings::default());
+                Box::new(Hypothesizing::new(settings, own, classed))
             }
-            Self::HypothesesViews => Box::new(Hypothesizing::new(settings, own, Encoded::new(model, views))),
+            Self::HypothesesLatents => Box::new(Hypothesizing::new(settings, own, latents)),
+            Self::HypothesesViews => Box::new(Hypothesizing::new(settings, own, views)),
         }
     }
 }
@@ -122,9 +158,13 @@ impl fmt::Display for AssociatorRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Separate => "separate",
+            Self::Nearest => "nearest",
             Self::Greedy => "greedy",
             Self::GreedyLatents => "greedy_latents",
+            Self::Em => "em",
+            Self::MaxMixture => "max_mixture",
             Self::Hypotheses => "hypotheses",
+            Self::HypothesesClass => "hypotheses_class",
             Self::HypothesesLatents => "hypotheses_latents",
             Self::HypothesesViews => "hypotheses_views",
         })

@@ -183,6 +183,18 @@ metrics! {
     HypothesesEntropy => "Entropy", "entropy_nat", Nat, Lower;
     /// Hypotheses that are left.
     Hypotheses => "Hypotheses", "hypotheses", Ratio, Lower;
+    /// Whether a robot that was carried is known to be within a metre of where it is, from some detection on to the end.
+    Resolved => "Resolved", "resolved", Ratio, Higher;
+    /// Whole detections from where it is set down to the one from which on it is resolved; all of them where it never is.
+    DetectionsToResolve => "Detections to resolve", "detections_to_resolve", Ratio, Lower;
+    /// How far the robot is from where it was believed to be at the last step.
+    FinalPlace => "Final place", "final_place_m", Meter, Lower;
+    /// Whether that is known, and within half a metre.
+    WithinHalf => "Within 0.5 m", "within_half_m", Ratio, Higher;
+    /// Whether that is known, and within a metre.
+    WithinOne => "Within 1 m", "within_one_m", Ratio, Higher;
+    /// Whether that is known, and within two metres.
+    WithinTwo => "Within 2 m", "within_two_m", Ratio, Higher;
     /// ATE of `geometric` by what was associated.
     AteOfGeometric => "ATE of geometric", "ate_geometric_m", Meter, Lower;
     /// ATE of the first learned row by what was associated.

@@ -25,6 +25,7 @@ pub mod online;
 pub mod pairs;
 pub mod pca;
 pub mod psnr;
+pub mod relocation;
 pub mod retrieval;
 pub mod rpe;
 pub mod semantics;

@@ -12,6 +12,8 @@ pub struct Addition<'m> {
     pub factors: Vec<Rc<dyn Factor + 'm>>,
     /// New variables at their first values.
     pub fresh: Vec<(Key, Value)>,
+    /// Variables that are there already and are set down elsewhere, all by one motion, to which what they are joined with is all but indifferent.
+    pub moved: Vec<(Key, Value)>,
 }
 
 impl<'m> Addition<'m> {

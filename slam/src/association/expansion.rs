@@ -110,7 +110,9 @@ fn extend(partial: &Partial, choice: &Choice<'_>, is_last: bool, next: &mut Vec<
         if addition.factors.is_empty() {
             local = partial.local.clone().filter(|_| !is_last);
         } else {
-            let Some(before) = &partial.local else { continue };
+            let moved = partial.local.as_ref().filter(|_| !addition.moved.is_empty());
+            let moved = moved.map(|local| local.moved(&addition.moved));
+            let Some(before) = moved.as_ref().or(partial.local.as_ref()) else { continue };
             let Some(weighed) = before.weigh(&addition.factors, &addition.fresh) else { continue };
             log_mass += weighed.log_evidence;
             if !is_last {

@@ -1,6 +1,7 @@
 //! One history of verdicts, and the estimate under it.
 
 use super::choice::Verdict;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// Verdicts, the newest first; hypotheses share what they have in common.
@@ -60,6 +61,15 @@ impl<E> Hypothesis<E> {
         let mut verdicts: Vec<Verdict> = self.newest_verdicts().collect();
         verdicts.reverse();
         verdicts
+    }
+
+    /// What it takes all choices to be, by their numbers.
+    pub fn labels(&self) -> BTreeMap<usize, usize> {
+        let mut labels = BTreeMap::new();
+        for Verdict { choice, label } in self.newest_verdicts() {
+            labels.entry(choice).or_insert(label);
+        }
+        labels
     }
 
     /// What it takes a choice to be.

@@ -80,6 +80,17 @@ impl Local {
         Some(self.covariance.view((start, start), (n, n)).into_owned())
     }
 
+    /// The same with some variables elsewhere: a right perturbation does not change with a motion of the world.
+    pub fn moved(&self, moved: &[(Key, Value)]) -> Self {
+        let mut elsewhere = self.clone();
+        for (key, value) in moved {
+            if self.keys.contains(key) {
+                elsewhere.values.insert(*key, value.clone());
+            }
+        }
+        elsewhere
+    }
+
     /// Weighs factors over variables of the marginal and `fresh` ones, linearised about their own maximum, not that of the marginal. `None` where a
     /// factor is undefined, joins another variable, or leaves a new one free.
     pub fn weigh<'m>(&self, factors: &[Rc<dyn Factor + 'm>], fresh: &[(Key, Value)]) -> Option<Weighed> {

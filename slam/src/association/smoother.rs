@@ -216,6 +216,21 @@ impl<'m> SharedSmoother<'m> {
         due.dedup();
     }
 
+    /// Puts variables elsewhere, and linearises anew what joins them.
+    fn set_down(&mut self, moved: &[(Key, Value)]) {
+        let mut due = Vec::new();
+        for (key, value) in moved {
+            let Some(variable) = self.places.get(*key) else { continue };
+            self.tree.reset(variable);
+            let held = self.variables.get_mut(variable);
+            (held.base, held.value) = (value.clone(), value.clone());
+            due.extend_from_slice(self.tree.terms_of(variable));
+        }
+        due.sort_unstable();
+        due.dedup();
+        due.into_iter().for_each(|index| self.relinearize(index));
+    }
+
     /// One step of Gauss and Newton; true where every factor is near its linearisation.
     fn step(&mut self) -> Result<bool, Unsolved> {
         let free = |Indefinite { variable }| Unsolved::Free(self.variables[variable].key);
@@ -254,6 +269,7 @@ impl<'m> SharedSmoother<'m> {
 impl<'m> LocalEstimator<'m> for SharedSmoother<'m> {
     fn add(&mut self, addition: &Addition<'m>) -> Result<(), Unsolved> {
         let mut late = Vec::new();
+        self.set_down(&addition.moved);
         for (key, value) in &addition.fresh {
             self.add_variable(*key, value);
         }

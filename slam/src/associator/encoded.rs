@@ -11,18 +11,15 @@
 //! the ratio of all is divided by `1 - c + c r`. So latents add no more than `-log c` to what tells that objects are the same.
 
 use super::likeness::{Heading, Likeness};
+use super::view::{View, YAWS, log_mean, log_sum, views, yaws};
 use crate::noise::Kernel;
 use crate::problem::Problem;
 use crate::semantics::unless_non_finite;
 use crate::sighting::Sighting;
-use crate::variable::{Key, Values};
+use crate::variable::Values;
 use nalgebra::DVector;
 use std::f64::consts::PI;
-use vantage_dataset::{Crop, Pose, Viewpoint};
 use vantage_model::{AnswerError, Information, LatentGaussian, ObservationModel};
-
-/// Yaws that are summed over.
-const YAWS: usize = 48;
 
 /// How far a model is trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,12 +74,8 @@ struct LatentFactor {
     constant: f64,
 }
 
-/// A crop, what is measured of it, and from where it was taken if the object has yaw 0.
-struct View<'a> {
-    crop: &'a Crop,
-    measurement: DVector<f64>,
-    viewpoint: Viewpoint,
-}
+/// A view, and what is measured of it.
+type Measured<'a> = (View<'a>, DVector<f64>);
 
 impl<'m> Encoded<'m> {
     /// By this model.
@@ -96,31 +89,21 @@ impl<'m> Encoded<'m> {
         problem: &Problem<'a>,
         values: &Values,
         sightings: &[Sighting],
-    ) -> Result<Vec<View<'a>>, AnswerError> {
-        let position = values.get(Key::Object(0)).and_then(|value| value.position());
-        let size = problem.object_size(values, 0, sightings);
-        let (Some(position), Some(size)) = (position, size) else { return Ok(Vec::new()) };
-        let upright = Pose::translation(position.x, position.y, position.z);
-        let (n, most) = (sightings.len(), self.settings.views.max(1));
-        let mut views = Vec::new();
-        for i in 0..n.min(most) {
-            let sighting = &sightings[if n <= most { i } else { (2 * i + 1) * n / (2 * most) }];
-            let world_from_camera = problem.world_from_camera(values, sighting.step);
-            let viewpoint = world_from_camera.and_then(|w| Viewpoint::new(&upright.inv_mul(&w), size));
-            let crop = &problem.observations.detections[sighting.detection].masked_crop;
-            let measurement = unless_non_finite(self.model.measure(crop))?;
-            if let (Some(viewpoint), Some(measurement)) = (viewpoint, measurement) {
-                views.push(View { crop, measurement, viewpoint });
+    ) -> Result<Vec<Measured<'a>>, AnswerError> {
+        let mut measured = Vec::new();
+        for view in views(problem, values, sightings, self.settings.views) {
+            if let Some(measurement) = unless_non_finite(self.model.measure(view.crop))? {
+                measured.push((view, measurement));
             }
         }
-        Ok(views)
+        Ok(measured)
     }
 
     /// What views tell if the object has a yaw; none where the model does not answer with numbers.
-    fn under(&self, views: &[View<'_>], yaw: f64) -> Result<Option<(LatentFactor, f64)>, AnswerError> {
+    fn under(&self, views: &[Measured<'_>], yaw: f64) -> Result<Option<(LatentFactor, f64)>, AnswerError> {
         let dim = self.model.latent_dim();
         let mut posteriors: Vec<LatentGaussian> = Vec::with_capacity(views.len());
-        for view in views {
+        for (view, _) in views {
             match unless_non_finite(self.model.encode(view.crop, &view.viewpoint.turned(-yaw)))? {
                 Some(posterior) if posterior.is_valid(dim) => posteriors.push(posterior),
                 _ => return Ok(None),
@@ -132,15 +115,15 @@ impl<'m> Encoded<'m> {
     }
 
     /// `b` times the log-likelihood of the measurements at a yaw, up to a constant.
-    fn side(&self, views: &[View<'_>], yaw: f64, latent: &LatentFactor) -> Result<f64, AnswerError> {
+    fn side(&self, views: &[Measured<'_>], yaw: f64, latent: &LatentFactor) -> Result<f64, AnswerError> {
         let noise = self.model.noise();
         let kernel = Kernel::of_degrees_of_freedom(noise.degrees_of_freedom());
         let mean = latent.weighted.component_div(&latent.precision.add_scalar(1.0));
         let mut cost = 0.0;
-        for view in views {
+        for (view, measurement) in views {
             let predicted = unless_non_finite(self.model.predict(&mean, &view.viewpoint.turned(-yaw)))?;
             let Some(predicted) = predicted else { continue };
-            let off = noise.sqrt_information() * (&view.measurement - predicted);
+            let off = noise.sqrt_information() * (measurement - predicted);
             cost += kernel.loss(off.norm_squared(), off.len());
         }
         Ok(-self.settings.side_exponent * cost)
@@ -189,8 +172,8 @@ impl Likeness for Encoded<'_> {
             return Ok(None);
         }
         let (mut latents, mut sides) = (Vec::with_capacity(YAWS), Vec::with_capacity(YAWS));
-        for k in 0..YAWS {
-            let under = self.under(&views, 2.0 * PI * k as f64 / YAWS as f64)?;
+        for yaw in yaws() {
+            let under = self.under(&views, yaw)?;
             let Some((latent, side)) = under else { return Ok(None) };
             latents.push(latent);
             sides.push(side);
@@ -249,20 +232,4 @@ impl Encoded<'_> {
     fn log_evidence(&self, latents: &[&LatentFactor]) -> f64 {
         self.settings.latent_exponent * LatentFactor::log_evidence(latents)
     }
-}
-
-/// `log(exp a + exp b)`.
-fn log_sum(a: f64, b: f64) -> f64 {
-    let largest = a.max(b);
-    largest + libm::log(libm::exp(a - largest) + libm::exp(b - largest))
-}
-
-fn log_mean(logs: impl Iterator<Item = f64>) -> f64 {
-    let logs: Vec<f64> = logs.collect();
-    let largest = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if !largest.is_finite() {
-        return largest;
-    }
-    let sum: f64 = logs.iter().map(|log| libm::exp(log - largest)).sum();
-    largest + libm::log(sum / logs.len() as f64)
 }

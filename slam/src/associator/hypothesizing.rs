@@ -1,7 +1,8 @@
 //! Hypotheses over the objects of tracklets, weighted by geometry and by what crops look like.
 
 use super::likeness::Likeness;
-use super::scan::{Scan, objects};
+use super::scan::Scan;
+use super::tracklet::Labels;
 use super::{Association, Associator, WeightedPartition};
 use crate::association::{Limits, Thresholds};
 use crate::input::{EstimateError, check_observations};
@@ -30,6 +31,9 @@ pub struct AssociationSettings {
     pub size_spread: f64,
     /// Known objects that a tracklet may be of, the nearest by angle.
     pub candidates: usize,
+    /// Squared Mahalanobis distance of a bearing within which a tracklet is of the nearest object that is known, and else of a new one, one tracklet
+    /// after the other; all ways are weighed where there is none.
+    pub gate: Option<f64>,
 }
 
 impl Default for AssociationSettings {
@@ -43,6 +47,7 @@ impl Default for AssociationSettings {
             size: 0.25,
             size_spread: 0.4,
             candidates: 6,
+            gate: None,
         }
     }
 }
@@ -83,9 +88,9 @@ impl<L: Likeness> Associator for Hypothesizing<L> {
         }
         scan.finish()?;
         let all = scan.hypotheses().all().iter();
-        let hypotheses = all
-            .map(|h| WeightedPartition { weight: h.weight(), objects: objects(h, seen.count()) })
-            .collect();
-        Ok(Association { hypotheses, times })
+        let objects = |labels: Labels<'_>| (0..seen.count()).map(|number| labels.object(number)).collect();
+        let hypotheses =
+            all.map(|h| WeightedPartition { weight: h.weight(), objects: objects(Labels::of(h)) }).collect();
+        Ok(Association { hypotheses, times, places: scan.places() })
     }
 }

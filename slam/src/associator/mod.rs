@@ -2,13 +2,22 @@
 //!
 //! A new one is a file here.
 
+mod alternating;
+mod classed;
 mod encoded;
 mod hypothesizing;
 mod likeness;
+mod ratios;
+mod reading;
+mod relocation;
 mod scan;
 mod sensing;
 mod separate;
+mod tracklet;
+mod view;
 
+pub use alternating::{Alternating, Weights};
+pub use classed::{Classed, ClassedSettings};
 pub use encoded::{Encoded, EncodedSettings};
 pub use hypothesizing::{AssociationSettings, Hypothesizing};
 pub use likeness::{Blind, Heading, Likeness};
@@ -16,7 +25,7 @@ pub use separate::Separate;
 
 use crate::input::EstimateError;
 use std::time::Duration;
-use vantage_dataset::Tracklets;
+use vantage_dataset::{Pose, Tracklets};
 
 /// Which tracklets are of one object.
 pub trait Associator: Sync {
@@ -34,6 +43,17 @@ pub struct Association {
     pub hypotheses: Vec<WeightedPartition>,
     /// How long each step took.
     pub times: Vec<Duration>,
+    /// Where the robot was believed to be at each step when it was there.
+    pub places: Vec<Place>,
+}
+
+/// Where a robot believes to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// In the frame of its first pose.
+    pub world_from_robot: Pose,
+    /// False where it was carried and has not seen anything of its map again.
+    pub is_known: bool,
 }
 
 /// One way to tell who is who.
@@ -45,10 +65,22 @@ pub struct WeightedPartition {
     pub objects: Vec<Option<usize>>,
 }
 
+impl Place {
+    /// Distance within which two places are one, metres.
+    const REACH: f64 = 0.5;
+
+    /// Whether two places are one: near each other, or both unknown.
+    fn is_about(&self, other: &Self) -> bool {
+        let apart =
+            (self.world_from_robot.translation.vector - other.world_from_robot.translation.vector).norm();
+        self.is_known == other.is_known && (!self.is_known || apart < Self::REACH)
+    }
+}
+
 impl Association {
     /// Without any doubt.
     pub fn certain(objects: Vec<Option<usize>>) -> Self {
-        Self { hypotheses: vec![WeightedPartition { weight: 1.0, objects }], times: Vec::new() }
+        Self { hypotheses: vec![WeightedPartition { weight: 1.0, objects }], ..Self::default() }
     }
 
     /// The likeliest objects of tracklets; nothing where there are no hypotheses.

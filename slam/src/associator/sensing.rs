@@ -3,13 +3,14 @@
 use super::hypothesizing::AssociationSettings;
 use super::scan::{Estimated, pose};
 use crate::association::{Addition, Alternative, LocalEstimator};
-use crate::factor::{BearingFactor, DepthFactor};
+use crate::factor::{BearingFactor, DepthFactor, Factor};
 use crate::noise::Kernel;
 use crate::settings::GeometrySettings;
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value};
 use nalgebra::Point3;
 use std::f64::consts::PI;
+use std::rc::Rc;
 use vantage_dataset::{CenterDepth, Observations};
 
 /// A camera and what is assumed of it.
@@ -23,12 +24,17 @@ pub(super) struct Sensing<'a> {
 impl Sensing<'_> {
     /// A bearing to an object, the offset of its box counted as white noise.
     pub fn bearing(&self, object: usize, sighting: &Sighting) -> BearingFactor {
+        self.weighted_bearing(object, sighting, 1.0)
+    }
+
+    /// The same, whose cost counts with a weight.
+    pub fn weighted_bearing(&self, object: usize, sighting: &Sighting, weight: f64) -> BearingFactor {
         BearingFactor::new(
             Key::Robot(sighting.step),
             Key::Object(object),
             self.observations.robot_from_camera,
             &sighting.ray_in_camera,
-            self.sigma(sighting),
+            self.sigma(sighting) / weight.sqrt(),
             Kernel::Gaussian,
         )
     }
@@ -51,6 +57,35 @@ impl Sensing<'_> {
         let world_from_camera = pose(hypothesis, sighting.step)? * self.observations.robot_from_camera;
         let there = world_from_camera.inverse_transform_point(&place.into()).coords;
         (there.z > 0.0).then(|| there.angle(&sighting.ray_in_camera))
+    }
+
+    /// Squared Mahalanobis distance of a sighting from where a hypothesis has an object.
+    pub fn distance(&self, hypothesis: &Estimated, object: usize, sighting: &Sighting) -> Option<f64> {
+        let joint = hypothesis.estimator().joint(&[Key::Robot(sighting.step), Key::Object(object)])?;
+        let bearing: Rc<dyn Factor> = Rc::new(self.bearing(object, sighting));
+        Some(joint.weigh(&[bearing], &[])?.distance)
+    }
+
+    /// A sighting as one of the nearest of some objects, or of a new one where none is within the gate.
+    pub fn nearest(
+        &self,
+        hypothesis: &Estimated,
+        objects: &[usize],
+        gate: f64,
+        (number, sighting): (usize, &Sighting),
+    ) -> Option<Alternative<'static>> {
+        let ahead = objects.iter().filter(|object| self.off(hypothesis, **object, sighting).is_some());
+        let distances =
+            ahead.filter_map(|&object| Some((self.distance(hypothesis, object, sighting)?, object)));
+        match distances.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(distance, _)| *distance <= gate) {
+            Some((_, object)) => Some(Alternative {
+                label: object,
+                addition: Addition::default().with(self.bearing(object, sighting)),
+                log_weight: 0.0,
+                claims: Some(object),
+            }),
+            None => self.new_object(hypothesis, number, sighting),
+        }
     }
 
     /// Where an object of the usual size is in the camera's frame.

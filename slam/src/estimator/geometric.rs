@@ -10,6 +10,7 @@ use crate::mapping::{place_landmarks, place_objects};
 use crate::online::{Online, Reading};
 use crate::posterior::{Posterior, Seen};
 use crate::problem::{Problem, add_odometry};
+use crate::set_down::set_down;
 use crate::settings::{GeometrySettings, OdometrySettings, Settings, SolverSettings};
 use crate::sighting::{landmark_sightings, sightings};
 use crate::solve::Outcome;
@@ -56,6 +57,7 @@ impl Geometric {
         let (mut whole, truncated) = sightings(observations);
         let mut dropped = Dropped { truncated: truncated.values().sum(), ..Dropped::default() };
         let mut start = start_poses(observations);
+        set_down(&problem, &mut start, &whole);
         let mut unresolved = place_objects(&problem, &mut start, &whole);
         for lost in &unresolved {
             dropped.unresolved += whole.remove(&lost.track).map_or(0, |of_track| of_track.len());
