@@ -167,6 +167,8 @@ metrics! {
     ObjectsFound => "Objects found / seen", "objects_found_over_seen", Ratio, Near(1.0);
     /// Of detections of nothing, the share taken for objects.
     FalseTaken => "False taken", "false_taken", Ratio, Lower;
+    /// Identity F1: objects and what is told for them matched one to one, `2 IDTP / (IDTP + IDFN + IDTP + IDFP)`.
+    IdentityF1 => "IDF1", "identity_f1", Ratio, Higher;
     /// Of tracklets taken to be of an object seen before, the share that is of it.
     LoopPrecision => "Loop precision", "loop_precision", Ratio, Higher;
     /// Of tracklets of an object seen before, the share taken to be of it.
@@ -187,7 +189,9 @@ metrics! {
     Resolved => "Resolved", "resolved", Ratio, Higher;
     /// Whole detections from where it is set down to the one from which on it is resolved; all of them where it never is.
     DetectionsToResolve => "Detections to resolve", "detections_to_resolve", Ratio, Lower;
-    /// How far the robot is from where it was believed to be at the last step.
+    /// How far the robot is from where it was believed to be, root mean square of the steps since it was set down.
+    PlaceError => "Place", "place_m", Meter, Lower;
+    /// The same at the last step.
     FinalPlace => "Final place", "final_place_m", Meter, Lower;
     /// Whether that is known, and within half a metre.
     WithinHalf => "Within 0.5 m", "within_half_m", Ratio, Higher;

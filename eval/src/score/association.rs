@@ -5,6 +5,7 @@
 
 use super::clustering::cluster_scores;
 use super::embedding::Scores;
+use super::identity::identity_f1;
 use crate::result::metric::Metric;
 use std::collections::{BTreeMap, BTreeSet};
 use vantage_slam::Association;
@@ -12,11 +13,12 @@ use vantage_slam::Association;
 /// The name of the table.
 pub const ASSOCIATION: &str = "association";
 /// Its columns.
-pub const COLUMNS: [Metric; 16] = [
+pub const COLUMNS: [Metric; 17] = [
     Metric::PairPrecision,
     Metric::PairRecall,
     Metric::PairF1,
     Metric::Ari,
+    Metric::IdentityF1,
     Metric::ObjectsFound,
     Metric::FalseTaken,
     Metric::LoopPrecision,
@@ -64,6 +66,7 @@ impl TrueTracklets {
     pub fn scores(&self, told: &[Option<usize>]) -> Scores {
         let labels: Vec<Option<usize>> = self.tracklets.iter().map(|&tracklet| told[tracklet]).collect();
         let mut scores = self.of_pairs(&labels);
+        scores.extend(identity_f1(&self.shown, &labels).map(|f1| (Metric::IdentityF1, f1)));
         scores.extend(self.of_objects(&labels));
         scores.extend(self.of_loops(told));
         scores
@@ -252,7 +255,7 @@ mod tests {
             objects: objects.into_iter().map(Some).collect(),
         };
         let hypotheses = vec![partition(0.75, [0, 1, 1, 3]), partition(0.25, [5, 6, 5, 5])];
-        let scores = truth.of_hypotheses(&Association { hypotheses, times: Vec::new() });
+        let scores = truth.of_hypotheses(&Association { hypotheses, ..Association::default() });
         assert_eq!((scores[&Metric::AllRight], scores[&Metric::TruthSurvived]), (0.0, 1.0));
         assert_relative_eq!(scores[&Metric::BestBrier], 0.5625);
         assert_relative_eq!(scores[&Metric::HypothesesEntropy], 0.5623, epsilon = 1e-4);

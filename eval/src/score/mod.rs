@@ -17,6 +17,7 @@ pub mod entry;
 pub mod extents;
 pub mod grounding;
 pub mod heading;
+pub mod identity;
 pub mod instance_posterior;
 pub mod landmark;
 pub mod likelihood;

@@ -1,6 +1,7 @@
 //! Whether a robot that was carried somewhere finds out where it is, and how soon.
 
 use super::embedding::Scores;
+use super::root_mean_square;
 use crate::result::metric::Metric;
 use vantage_dataset::{Observations, Pose};
 use vantage_slam::associator::Place;
@@ -9,9 +10,10 @@ use vantage_slam::associator::Place;
 const NEAR: f64 = 1.0;
 
 /// The columns of scenes whose robot is carried.
-pub const COLUMNS: [Metric; 6] = [
+pub const COLUMNS: [Metric; 7] = [
     Metric::Resolved,
     Metric::DetectionsToResolve,
+    Metric::PlaceError,
     Metric::FinalPlace,
     Metric::WithinHalf,
     Metric::WithinOne,
@@ -47,6 +49,10 @@ pub fn relocation_scores(observations: &Observations, world_from_robot: &[Pose],
             && !detection.bounding_box.is_truncated(&observations.camera)
     });
     let within = |metres: f64| f64::from(last.1 && last.0 < metres);
+    scores.extend(
+        root_mean_square(errors[since..].iter().map(|error| error.0 * error.0))
+            .map(|error| (Metric::PlaceError, error)),
+    );
     scores.extend([
         (Metric::Resolved, f64::from(resolved < errors.len())),
         (Metric::DetectionsToResolve, whole.count() as f64),
@@ -109,6 +115,8 @@ mod tests {
         assert_eq!((scores[&Metric::Resolved], scores[&Metric::DetectionsToResolve]), (1.0, 4.0));
         assert_eq!((scores[&Metric::WithinHalf], scores[&Metric::WithinOne]), (0.0, 1.0));
         assert!((scores[&Metric::FinalPlace] - 0.7).abs() < 1e-12);
+        let squares: f64 = errors[4..].iter().map(|error| error * error).sum();
+        assert!((scores[&Metric::PlaceError] - (squares / 6.0).sqrt()).abs() < 1e-12);
         let at_once = relocation_scores(&observations, &poses, &places([0.1; 10], 0));
         assert_eq!(at_once[&Metric::DetectionsToResolve], 1.0);
     }

@@ -5,9 +5,10 @@ use crate::world::{World, WorldSpec, matching_settings};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use vantage_dataset::{Observations, Seed, Tracklets};
+use vantage_slam::association::Limits;
 use vantage_slam::associator::{
-    Association, AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Heading, Hypothesizing,
-    Likeness, Separate,
+    Alternating, Association, AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Heading,
+    Hypothesizing, Likeness, Separate, Weights,
 };
 use vantage_slam::problem::Problem;
 use vantage_slam::sighting::Sighting;
@@ -251,4 +252,52 @@ fn a_model_that_fails_is_told() {
     let (tracklets, _) = Tracklets::joined(&broken, GAP);
     let blind = Hypothesizing::new(&settings, AssociationSettings::default(), Blind);
     assert!(matches!(blind.associate(&tracklets), Err(EstimateError::Odometry { index: 3, .. })));
+}
+
+#[test]
+fn rivals_find_who_is_who_where_drift_is_small() {
+    let spec = WorldSpec { odometry_sigma: [0.002, 0.003], ..WorldSpec::sparse_loop() };
+    let (estimator, own) = (matching_settings(&spec), settings(&spec));
+    let model = model();
+    let gated =
+        AssociationSettings { gate: Some(9.21), limits: Limits { hypotheses: 1, ..own.limits }, ..own };
+    let latents = EncodedSettings { side_exponent: 0.0, ..LIKENESS };
+    let mut right = [0; 3];
+    for seed in 0..6 {
+        let given = World::new(&spec, Some(&model), Seed(seed)).observations;
+        let (_, is_right) = associate(&Hypothesizing::new(&estimator, gated, Blind), &given);
+        right[0] += usize::from(is_right);
+        for (which, weights) in [Weights::Expected, Weights::Largest].into_iter().enumerate() {
+            let rival = Alternating::new(&estimator, gated, Encoded::new(&model, latents), weights);
+            right[1 + which] += usize::from(associate(&rival, &given).1);
+        }
+    }
+    println!("right on 6 seeds: nearest, expectation maximisation, max-mixture {right:?}");
+    assert!(right.iter().all(|right| *right >= 4), "{right:?}");
+}
+
+#[test]
+fn turns_drop_what_no_object_explains() {
+    let spec = WorldSpec { odometry_sigma: [0.002, 0.003], ..WorldSpec::sparse_loop() };
+    let mut given = World::new(&spec, None, Seed(1)).observations;
+    // A box that jumps about is of nothing that stands still.
+    let mut stream = Seed(8).stream("jump", 0);
+    for step in 20..26 {
+        let mut detection = given.detections[0].clone();
+        let at = nalgebra::Vector2::new(stream.uniform(60.0, 400.0), stream.uniform(60.0, 300.0));
+        (detection.step, detection.track) = (step, 900);
+        detection.bounding_box.min = at;
+        detection.bounding_box.max = at + nalgebra::Vector2::new(30.0, 30.0);
+        given.detections.push(detection);
+    }
+    let own = AssociationSettings { gate: Some(9.21), ..settings(&spec) };
+    let (tracklets, order) = Tracklets::joined(&given, GAP);
+    let truth = truth(&given, &tracklets, &order);
+    for weights in [Weights::Expected, Weights::Largest] {
+        let rival = Alternating::new(&matching_settings(&spec), own, Blind, weights);
+        let found = rival.associate(&tracklets).unwrap();
+        for (found, truth) in found.objects().iter().zip(&truth) {
+            assert_eq!(found.is_some(), *truth != Some(900), "{weights:?}");
+        }
+    }
 }

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 mod associator;
+mod carried;
 mod consistency;
 mod depth;
 mod extents;
