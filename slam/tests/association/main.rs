@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 mod calibration;
+mod discrete_marginals;
 mod exact;
 mod faults;
 mod jacobians;
