@@ -10,6 +10,7 @@
 
 use super::hypothesizing::{AssociationSettings, Hypothesizing};
 use super::likeness::{Blind, Heading, Likeness};
+use super::ratios::{Part, Ratios};
 use super::scan::heading;
 use super::sensing::Sensing;
 use super::{Association, Associator};
@@ -68,6 +69,7 @@ struct Turn<'a, L: Likeness> {
     tracklets: BTreeMap<usize, Vec<Sighting>>,
     readings: BTreeMap<usize, L::Reading>,
     values: Values,
+    ratios: Ratios<'a, L>,
     /// Of each tracklet, objects with their weights.
     weights: BTreeMap<usize, Vec<(usize, f64)>>,
 }
@@ -86,11 +88,21 @@ impl<L: Likeness> Associator for Alternating<L> {
             .filter_map(|&number| Some((number, vec![((*begun.objects().get(number)?)?, 1.0)])))
             .collect();
         let values = start_poses(seen.observations());
-        let mut turn = Turn { owner: self, seen, tracklets, readings: BTreeMap::new(), values, weights };
+        let mut turn = Turn {
+            owner: self,
+            seen,
+            tracklets,
+            readings: BTreeMap::new(),
+            values,
+            ratios: Ratios::new(&self.likeness),
+            weights,
+        };
         turn.place();
-        for _ in 0..TURNS {
+        for count in 0..TURNS {
             turn.estimate();
-            turn.read()?;
+            if count == 0 {
+                turn.read()?;
+            }
             let before = turn.objects();
             turn.weigh();
             if turn.objects() == before {
@@ -236,12 +248,13 @@ impl<L: Likeness> Turn<'_, L> {
         let part = |number: usize| {
             let first = self.tracklets[&number].first()?;
             let yaw = heading(self.values.pose(Key::Robot(first.step))?);
-            Some((self.readings.get(&number)?, Heading { yaw, variance: 0.0 }))
+            let sightings = self.tracklets[&number].len();
+            Some(Part::new(number, (sightings, self.readings.get(&number)?), Heading { yaw, variance: 0.0 }))
         };
         let others = objects.iter().filter(|(other, of)| **of == object && **other != number);
-        let mut parts: Vec<(&L::Reading, Heading)> = others.filter_map(|(other, _)| part(*other)).collect();
-        let before = self.owner.likeness.log_ratio(&parts);
+        let mut parts: Vec<Part<'_, L::Reading>> = others.filter_map(|(other, _)| part(*other)).collect();
+        let before = self.ratios.log_ratio(&parts);
         parts.extend(part(number));
-        self.owner.likeness.log_ratio(&parts) - before
+        self.ratios.log_ratio(&parts) - before
     }
 }

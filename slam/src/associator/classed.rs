@@ -47,6 +47,8 @@ impl<M: ClassModel> Classed<M> {
 impl<M: ClassModel> Likeness for Classed<M> {
     /// `log C p(c | crops)` by class; none where no crop is read.
     type Reading = Option<Vec<f64>>;
+    /// The same of all, and how many there are.
+    type Sum = (Vec<f64>, usize);
 
     fn read(
         &self,
@@ -82,11 +84,14 @@ impl<M: ClassModel> Likeness for Classed<M> {
         Ok(all.is_finite().then(|| logs.into_iter().map(|log| log - all).collect()))
     }
 
-    fn log_ratio(&self, readings: &[(&Self::Reading, Heading)]) -> f64 {
-        let read: Vec<&Vec<f64>> = readings.iter().filter_map(|(reading, _)| reading.as_ref()).collect();
-        if read.len() < 2 {
-            return 0.0;
-        }
-        log_mean((0..self.model.classes()).map(|class| read.iter().map(|logs| logs[class]).sum()))
+    fn add(&self, (sum, count): &mut Self::Sum, reading: &Self::Reading, _: Heading) {
+        let Some(logs) = reading else { return };
+        sum.resize(logs.len(), 0.0);
+        sum.iter_mut().zip(logs).for_each(|(sum, log)| *sum += log);
+        *count += 1;
+    }
+
+    fn log_ratio(&self, (sum, count): &Self::Sum) -> f64 {
+        if *count < 2 { 0.0 } else { log_mean(sum.iter().copied()) }
     }
 }

@@ -59,11 +59,19 @@ pub struct EncodedReading {
     alone: [f64; 2],
 }
 
-/// A tracklet if the object has some yaw.
-#[derive(Clone, Copy)]
-struct ByYaw<'r> {
-    latent: &'r LatentFactor,
-    side: f64,
+/// The views of several tracklets if they are of one object, under each of its yaws in the world.
+#[derive(Clone, Debug, Default)]
+pub struct EncodedSum {
+    count: usize,
+    /// Variance of the heading of the first.
+    first_variance: f64,
+    /// Of the product of latent factors, `[yaws, dim]`.
+    precision: Vec<f64>,
+    weighted: Vec<f64>,
+    constant: Vec<f64>,
+    sides: Vec<f64>,
+    /// What each tracklet's evidence is alone, added up.
+    alone: [f64; 2],
 }
 
 /// The product of the views' factors: `exp(weighted . e - precision . e^2 / 2 + constant)`.
@@ -145,21 +153,23 @@ impl LatentFactor {
         }
     }
 
-    /// `log` of the integral of a product of factors with the prior.
-    fn log_evidence(factors: &[&LatentFactor]) -> f64 {
-        let Some(first) = factors.first() else { return 0.0 };
-        let of = |i: usize| {
-            let precision = 1.0 + factors.iter().map(|factor| factor.precision[i]).sum::<f64>();
-            let weighted: f64 = factors.iter().map(|factor| factor.weighted[i]).sum();
-            0.5 * (weighted * weighted / precision - libm::log(precision))
-        };
-        factors.iter().map(|factor| factor.constant).sum::<f64>()
-            + (0..first.precision.len()).map(of).sum::<f64>()
+    /// `log` of the integral with the prior.
+    fn log_evidence(&self) -> f64 {
+        log_evidence(self.precision.as_slice(), self.weighted.as_slice(), self.constant)
     }
+}
+
+/// `log` of the integral of a product of factors with the prior.
+fn log_evidence(precision: &[f64], weighted: &[f64], constant: f64) -> f64 {
+    let of = |(precision, weighted): (&f64, &f64)| {
+        0.5 * (weighted * weighted / (1.0 + precision) - libm::log(1.0 + precision))
+    };
+    constant + precision.iter().zip(weighted).map(of).sum::<f64>()
 }
 
 impl Likeness for Encoded<'_> {
     type Reading = Option<EncodedReading>;
+    type Sum = EncodedSum;
 
     fn read(
         &self,
@@ -178,35 +188,50 @@ impl Likeness for Encoded<'_> {
             latents.push(latent);
             sides.push(side);
         }
-        let of_latents: Vec<f64> = latents.iter().map(|latent| self.log_evidence(&[latent])).collect();
+        let of_latents: Vec<f64> =
+            latents.iter().map(|latent| self.settings.latent_exponent * latent.log_evidence()).collect();
         let with_sides = log_mean(of_latents.iter().zip(&sides).map(|(latent, side)| latent + side));
         let alone = [with_sides, log_mean(of_latents.iter().copied())];
         Ok(Some(EncodedReading { latents, sides, alone }))
     }
 
-    fn log_ratio(&self, readings: &[(&Self::Reading, Heading)]) -> f64 {
-        let read: Vec<(&EncodedReading, Heading)> =
-            readings.iter().filter_map(|(reading, heading)| Some((reading.as_ref()?, *heading))).collect();
-        let [(_, first), _, ..] = read.as_slice() else { return 0.0 };
+    fn add(&self, sum: &mut EncodedSum, reading: &Self::Reading, heading: Heading) {
+        let Some(reading) = reading else { return };
+        if sum.count == 0 {
+            let dim = self.model.latent_dim();
+            (sum.precision, sum.weighted) = (vec![0.0; YAWS * dim], vec![0.0; YAWS * dim]);
+            (sum.constant, sum.sides) = (vec![0.0; YAWS], vec![0.0; YAWS]);
+            sum.first_variance = heading.variance;
+        }
+        sum.count += 1;
+        (0..2).for_each(|of| sum.alone[of] += reading.alone[of]);
         // A robot that drives on knows its heading less and less: what lies between two views is the difference.
-        let turned: Vec<Vec<ByYaw<'_>>> = (read.iter())
-            .map(|(reading, heading)| reading.turned(heading.yaw, (heading.variance - first.variance).abs()))
-            .collect();
+        reading.turned_into(sum, heading.yaw, (heading.variance - sum.first_variance).abs());
+    }
+
+    fn log_ratio(&self, sum: &EncodedSum) -> f64 {
+        if sum.count < 2 {
+            return 0.0;
+        }
+        let dim = self.model.latent_dim();
         let latents: Vec<f64> = (0..YAWS)
-            .map(|k| self.log_evidence(&turned.iter().map(|by_yaw| by_yaw[k].latent).collect::<Vec<_>>()))
+            .map(|k| {
+                let of = k * dim..(k + 1) * dim;
+                let log = log_evidence(&sum.precision[of.clone()], &sum.weighted[of], sum.constant[k]);
+                self.settings.latent_exponent * log
+            })
             .collect();
-        let side = |k: usize| turned.iter().map(|by_yaw| by_yaw[k].side).sum::<f64>();
-        let alone = |of: usize| read.iter().map(|(reading, _)| reading.alone[of]).sum::<f64>();
-        let with_sides = log_mean((0..YAWS).map(|k| latents[k] + side(k))) - alone(0);
-        let without = log_mean(latents.iter().copied()) - alone(1);
+        let with_sides =
+            log_mean(latents.iter().zip(&sum.sides).map(|(latent, side)| latent + side)) - sum.alone[0];
+        let without = log_mean(latents.iter().copied()) - sum.alone[1];
         let copies = self.settings.copies;
         with_sides - log_sum(libm::log(1.0 - copies), libm::log(copies) + without)
     }
 }
 
 impl EncodedReading {
-    /// The views under each yaw of the object in the world, if the frame's heading has this mean and variance.
-    fn turned(&self, heading: f64, variance: f64) -> Vec<ByYaw<'_>> {
+    /// Adds the views under each yaw of the object in the world, if the frame's heading has this mean and variance.
+    fn turned_into(&self, sum: &mut EncodedSum, heading: f64, variance: f64) {
         let step = 2.0 * PI / YAWS as f64;
         // The yaw of the object in the frame is that in the world less the frame's heading.
         let shift = libm::round(heading / step) as i64;
@@ -221,15 +246,16 @@ impl EncodedReading {
             let logs = weights.iter().map(|(off, log)| log + self.sides[at(k + off)]);
             log_mean(logs) + libm::log(weights.len() as f64) - log_total
         };
-        (0..YAWS as i64)
-            .map(|k| ByYaw { latent: &self.latents[at(k - shift)], side: blurred(k - shift) })
-            .collect()
-    }
-}
-
-impl Encoded<'_> {
-    /// `a` times the log-evidence of one latent.
-    fn log_evidence(&self, latents: &[&LatentFactor]) -> f64 {
-        self.settings.latent_exponent * LatentFactor::log_evidence(latents)
+        for k in 0..YAWS {
+            let turned = k as i64 - shift;
+            let latent = &self.latents[at(turned)];
+            let of = k * latent.precision.len()..(k + 1) * latent.precision.len();
+            let add =
+                |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+            add(&mut sum.precision[of.clone()], latent.precision.as_slice());
+            add(&mut sum.weighted[of], latent.weighted.as_slice());
+            sum.constant[k] += latent.constant;
+            sum.sides[k] += blurred(turned);
+        }
     }
 }

@@ -8,12 +8,16 @@ use std::f64::consts::PI;
 /// Headings are told in so many steps of a turn.
 const STEPS: f64 = 48.0;
 /// Ratios that are held; what hypotheses ask for next is among the newest.
-const HELD: usize = 20_000;
+const RATIOS: usize = 20_000;
+/// Sums that are held.
+const SUMS: usize = 500;
+
+/// A tracklet, how many of its sightings were read, and the heading in steps.
+type Name = (usize, usize, i64);
 
 /// What was read of a tracklet, in a frame of some heading.
 pub(super) struct Part<'t, R> {
-    /// The tracklet, how many of its sightings were read, and the heading in steps.
-    name: (usize, usize, i64),
+    name: Name,
     reading: &'t R,
     variance: f64,
 }
@@ -24,17 +28,22 @@ impl<'t, R> Part<'t, R> {
         let steps = libm::round(heading.yaw / (2.0 * PI) * STEPS) as i64;
         Self { name: (tracklet, sightings, steps), reading, variance: heading.variance }
     }
+
+    fn heading(&self) -> Heading {
+        Heading { yaw: self.name.2 as f64 * 2.0 * PI / STEPS, variance: self.variance }
+    }
 }
 
 /// A likeness that does not answer twice.
-pub(super) struct Ratios<'a, L> {
+pub(super) struct Ratios<'a, L: Likeness> {
     likeness: &'a L,
-    held: RefCell<BTreeMap<Vec<(usize, usize, i64)>, f64>>,
+    ratios: RefCell<BTreeMap<Vec<Name>, f64>>,
+    sums: RefCell<BTreeMap<Vec<Name>, L::Sum>>,
 }
 
 impl<'a, L: Likeness> Ratios<'a, L> {
     pub fn new(likeness: &'a L) -> Self {
-        Self { likeness, held: RefCell::default() }
+        Self { likeness, ratios: RefCell::default(), sums: RefCell::default() }
     }
 
     pub fn likeness(&self) -> &'a L {
@@ -43,21 +52,41 @@ impl<'a, L: Likeness> Ratios<'a, L> {
 
     /// [`Likeness::log_ratio`] of parts. Those of one name have one variance.
     pub fn log_ratio(&self, parts: &[Part<'_, L::Reading>]) -> f64 {
-        let names: Vec<_> = parts.iter().map(|part| part.name).collect();
-        if let Some(ratio) = self.held.borrow().get(&names) {
+        let names: Vec<Name> = parts.iter().map(|part| part.name).collect();
+        if let Some(ratio) = self.ratios.borrow().get(&names) {
             return *ratio;
         }
-        let heading = |part: &Part<'_, L::Reading>| Heading {
-            yaw: part.name.2 as f64 * 2.0 * PI / STEPS,
-            variance: part.variance,
+        let ratio = match parts.split_last() {
+            Some((last, before)) => {
+                let mut sum = self.sum(before, &names[..before.len()]);
+                self.likeness.add(&mut sum, last.reading, last.heading());
+                self.likeness.log_ratio(&sum)
+            }
+            None => self.likeness.log_ratio(&L::Sum::default()),
         };
-        let readings: Vec<_> = parts.iter().map(|part| (part.reading, heading(part))).collect();
-        let ratio = self.likeness.log_ratio(&readings);
-        let mut held = self.held.borrow_mut();
-        if held.len() >= HELD {
-            held.clear();
-        }
-        held.insert(names, ratio);
+        held(&mut self.ratios.borrow_mut(), RATIOS, names, ratio);
         ratio
     }
+
+    /// All parts together: the longest beginning that is held, and what is left.
+    fn sum(&self, parts: &[Part<'_, L::Reading>], names: &[Name]) -> L::Sum {
+        let mut sums = self.sums.borrow_mut();
+        let found = (0..=parts.len()).rev().find_map(|n| Some((n, sums.get(&names[..n])?.clone())));
+        let (n, mut sum) = found.unwrap_or_default();
+        for part in &parts[n..] {
+            self.likeness.add(&mut sum, part.reading, part.heading());
+        }
+        if n < parts.len() {
+            held(&mut sums, SUMS, names.to_vec(), sum.clone());
+        }
+        sum
+    }
+}
+
+/// Holds one answer more; where there are too many, the others go.
+fn held<T>(answers: &mut BTreeMap<Vec<Name>, T>, most: usize, names: Vec<Name>, answer: T) {
+    if answers.len() >= most {
+        answers.clear();
+    }
+    answers.insert(names, answer);
 }

@@ -162,18 +162,18 @@ fn a_likeness_turns_with_its_frames_and_knows_no_order() {
     let at = |yaw| Heading { yaw, variance: 0.0 };
     let (mut same, mut other) = (0, 0);
     for (i, (a, first)) in readings.iter().enumerate() {
-        assert!(encoded.log_ratio(&[(first, at(0.3))]).abs() < 1e-9);
+        assert!(encoded.log_ratio_of(&[(first, at(0.3))]).abs() < 1e-9);
         for (b, second) in &readings[..i] {
-            let ratio = encoded.log_ratio(&[(first, at(0.0)), (second, at(0.0))]);
-            let swapped = encoded.log_ratio(&[(second, at(0.0)), (first, at(0.0))]);
-            let turned = encoded.log_ratio(&[(first, at(PI / 2.0)), (second, at(PI / 2.0))]);
+            let ratio = encoded.log_ratio_of(&[(first, at(0.0)), (second, at(0.0))]);
+            let swapped = encoded.log_ratio_of(&[(second, at(0.0)), (first, at(0.0))]);
+            let turned = encoded.log_ratio_of(&[(first, at(PI / 2.0)), (second, at(PI / 2.0))]);
             assert!((ratio - swapped).abs() < 1e-9 && (ratio - turned).abs() < 1e-9);
             if a == b {
                 assert!(ratio > 0.5, "object {a}: {ratio}");
-                let apart = encoded.log_ratio(&[(first, at(0.0)), (second, at(PI / 2.0))]);
+                let apart = encoded.log_ratio_of(&[(first, at(0.0)), (second, at(PI / 2.0))]);
                 assert!(apart < ratio - 0.5, "object {a} turned by a quarter: {apart} for {ratio}");
                 let lost = Heading { yaw: 0.0, variance: 9.0 };
-                let unknown = encoded.log_ratio(&[(first, at(0.0)), (second, lost)]);
+                let unknown = encoded.log_ratio_of(&[(first, at(0.0)), (second, lost)]);
                 assert!(unknown < ratio, "object {a} by a lost robot: {unknown} for {ratio}");
                 same += 1;
             } else {
