@@ -6,11 +6,15 @@ fn on(scene: &SmallScene, command: &str, more: &[&str]) -> Finished {
     Finished::of(scene.on(&[command], "scene.yaml").args(more))
 }
 
-/// The cells of each row of the last table, but for its head.
-fn rows(printed: &str) -> Vec<Vec<&str>> {
-    let table = printed.rsplit('┌').next().unwrap_or_default();
-    let lines = table.lines().filter(|line| line.starts_with('│'));
-    lines.skip(1).map(|line| line.trim_matches('│').split(['│', '┆']).map(str::trim).collect()).collect()
+/// The cells of each row of the table whose first column has this head.
+fn rows<'t>(printed: &'t str, head: &str) -> Vec<Vec<&'t str>> {
+    let cells = |table: &'t str| -> Vec<Vec<&'t str>> {
+        let lines = table.lines().filter(|line| line.starts_with('│'));
+        lines.map(|line| line.trim_matches('│').split(['│', '┆']).map(str::trim).collect()).collect()
+    };
+    let mut tables = printed.split('┌').map(cells);
+    let table = tables.find(|rows| rows.first().is_some_and(|first| first[0] == head));
+    table.unwrap_or_default().into_iter().skip(1).collect()
 }
 
 #[test]
@@ -20,7 +24,14 @@ fn the_worth_of_a_crop_is_told_by_its_scale() {
     first.expect(0, &[]);
     let told = ["size over box side: 1.", "bearing_noise: {", "bearing_offset: {", "│ offset fitted "];
     assert!(told.iter().all(|told| first.stdout.contains(told)), "{}", first.stdout);
-    let rows = rows(&first.stdout);
+    let losses = rows(&first.stdout, "Exponents");
+    assert_eq!(losses.len(), 7, "{}", first.stdout);
+    let differ = |a: usize, b: usize| losses[a][1..] != losses[b][1..];
+    assert!(differ(0, 3) && differ(4, 6), "exponents change nothing: {losses:?}");
+    let reliability = rows(&first.stdout, "Probability of one object");
+    let pairs: usize = reliability.iter().map(|row| row[1].parse::<usize>().unwrap_or_default()).sum();
+    assert!(reliability.len() == 6 && pairs > 0, "{reliability:?}");
+    let rows = rows(&first.stdout, "Scale");
     let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
     let discrepant = ["1, every view", "1, with a discrepancy"];
     let margins = [100, 50, 20, 0].map(|nats| format!("{nats} nats: 0 of 6 unknown"));
@@ -41,7 +52,7 @@ fn a_sharp_sensor_of_azimuths_moves_the_estimate_more_than_a_blunt_one() {
     let scene = SmallScene::new(&[]);
     let told = on(&scene, "headroom", &["2"]);
     told.expect(0, &[]);
-    let rows = rows(&told.stdout);
+    let rows = rows(&told.stdout, "Sensor's noise [deg]");
     let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
     assert_eq!(names, ["geometric", "2", "5", "10", "20"]);
     let measured = told.stdout.lines().find(|line| line.contains("│ as measured")).unwrap_or_default();
@@ -76,7 +87,9 @@ fn rivals_run_and_are_calibrated_where_a_scene_names_them() {
     assert!(names.iter().all(|name| ran.stdout.contains(name)), "{}", ran.stdout);
     let told = on(&scene, "calibrate", &["2"]);
     told.expect(0, &[]);
-    let rows = rows(&told.stdout);
+    let classes = rows(&told.stdout, "Exponents");
+    assert_eq!(classes.iter().filter(|row| row[0].starts_with("class")).count(), 4, "{classes:?}");
+    let rows = rows(&told.stdout, "Scale");
     for name in names {
         let of_row: Vec<_> = rows.iter().filter(|row| row[0].starts_with(name)).collect();
         assert_eq!(of_row.len(), 5, "{name}: {rows:?}");

@@ -153,16 +153,24 @@ fn log_step(recording: &RecordingStream, rollout: &Rollout, step: usize, look: &
 
     let detections = || look.detections.iter().map(|(detection, _)| detection);
     let pixels = |point: nalgebra::Vector2<f64>| [point.x as f32, point.y as f32];
-    let label = |track: usize| match rollout.world.objects.get(track) {
-        Some(object) => format!("{} {track}", object.family),
-        None => "nothing".to_owned(),
+    // What shows nothing may have the track of an object.
+    let shown = || {
+        look.detections.iter().map(|(detection, truth)| {
+            let object = rollout.world.objects.get(detection.track).filter(|_| truth.visible_fraction > 0.0);
+            object.map(|object| (detection.track, object))
+        })
     };
+    let labels = shown().map(|shown| match shown {
+        Some((track, object)) => format!("{} {track}", object.family),
+        None => "nothing".to_owned(),
+    });
+    let classes = shown().map(|shown| shown.map_or(ClassId::from(0), |(track, _)| class(track)));
     let boxes = Boxes2D::from_mins_and_sizes(
         detections().map(|detection| pixels(detection.bounding_box.min)),
         detections().map(|detection| pixels(detection.bounding_box.max - detection.bounding_box.min)),
     )
-    .with_labels(detections().map(|detection| label(detection.track)))
-    .with_class_ids(detections().map(|detection| class(detection.track)));
+    .with_labels(labels)
+    .with_class_ids(classes);
     recording.log(format!("{IMAGE}/detections"), &boxes)?;
     let sighted = Points2D::new(look.landmarks.iter().map(|sighting| pixels(sighting.pixel)));
     recording.log(format!("{IMAGE}/landmarks"), &sighted)?;

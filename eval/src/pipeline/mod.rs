@@ -26,6 +26,7 @@ mod unseen;
 mod views;
 
 pub use associations::{Associated, SeedAssociations, association_rows, association_table, associations};
+pub use associator_row::Told;
 pub use azimuth_sensor::AzimuthSensor;
 pub use cells::{Cell, CellRuns, Pass, cell};
 pub use code::SIMULATED;

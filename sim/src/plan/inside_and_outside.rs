@@ -66,7 +66,7 @@ mod tests {
                 let from_the_end = track.length() - share * 2.0 * PI * second;
                 assert_relative_eq!(track.waypoint(from_the_end).position.norm(), second, epsilon = 1e-9);
             }
-            let middle = track.waypoint(track.middle() * track.length());
+            let middle = track.waypoint(track.middle(1.0) * track.length());
             assert_relative_eq!(libm::atan2(middle.position.y, middle.position.x), 0.7, epsilon = 1e-9);
             let inwards = middle.tangent.dot(&-middle.position.normalize());
             assert_relative_eq!(inwards, if outside_first { 1.0 } else { -1.0 }, epsilon = 1e-9);

@@ -19,8 +19,8 @@ pub struct Track {
     shape: Shape,
     /// Arc length at which it begins, metres.
     start: f64,
-    /// Share of its length at which its second half begins.
-    middle: f64,
+    /// Share of its length at which its second half begins, if that is a place of its own.
+    middle: Option<f64>,
     /// Where it goes back.
     back: Option<Back>,
 }
@@ -84,11 +84,11 @@ impl Track {
 
     /// A track along a chain of which two halves differ in length: the second begins at this share of it.
     pub fn of_halves(chain: Chain, middle: f64) -> Self {
-        Self { middle, ..Self::along(chain) }
+        Self { middle: Some(middle), ..Self::along(chain) }
     }
 
     fn of(shape: Shape) -> Self {
-        Self { shape, start: 0.0, middle: 0.5, back: None }
+        Self { shape, start: 0.0, middle: None, back: None }
     }
 
     /// The same track, begun so far along it, metres.
@@ -115,9 +115,9 @@ impl Track {
         laps * self.length() + if self.back.is_some() { TURN } else { 0.0 }
     }
 
-    /// Share of its length at which its second half begins.
-    pub fn middle(&self) -> f64 {
-        self.middle
+    /// Share of so many laps at which their second half begins: above 1 where they end before the place of the track at which that is.
+    pub fn middle(&self, laps: f64) -> f64 {
+        self.middle.map_or(0.5, |middle| middle / laps)
     }
 
     /// The point `distance` metres along: any number of laps of a closed track; an open one goes straight on.

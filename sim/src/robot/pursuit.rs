@@ -39,8 +39,12 @@ pub(super) fn pursue(
     let start = track.waypoint(0.0);
     let heading = libm::atan2(start.tangent.y, start.tangent.x);
     let mut pursuit = Pursuit { track, body: physics.add_robot(&start.position, heading), travelled: 0.0 };
-    let mut drive =
-        Drive { timestamps: Vec::new(), world_from_robot: Vec::new(), middle: track.middle(), carried: None };
+    let mut drive = Drive {
+        timestamps: Vec::new(),
+        world_from_robot: Vec::new(),
+        middle: track.middle(spec.laps),
+        carried: None,
+    };
     for step in 0..steps {
         let driven = f64::from(step) * spacing;
         let carried = carried.filter(|carried| driven > carried.after);

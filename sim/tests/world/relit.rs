@@ -3,7 +3,9 @@
 use crate::scene::{checked, shipped, small};
 use vantage_dataset::{Detection, Episode, Seed, Split};
 use vantage_sim::checked::SceneSpec;
+use vantage_sim::render::Light;
 use vantage_sim::render::reference::ReferenceRenderer;
+use vantage_sim::rollout::roll_out;
 use vantage_sim::simulate;
 
 /// The small tabletop on which the objects are seen from beginning to end.
@@ -45,4 +47,22 @@ fn views_and_the_match_of_a_model_do_not_know_of_it() {
     assert_eq!(checked(spec).view_conditions(), before.view_conditions());
     let text = serde_json::to_string(before.world()).unwrap();
     assert!(!text.contains("relit_at"), "{text}");
+}
+
+#[test]
+fn a_ring_that_is_not_driven_to_its_end_is_relit_where_it_would_be() {
+    let relit = |laps: f64, steps: u32| {
+        let mut spec = shipped("ring");
+        (spec.robot.laps, spec.robot.steps, spec.world.relit_at) = (laps, Some(steps), Some(0.5));
+        let scene = checked(spec);
+        let rollout = roll_out(&scene, Seed(3), Split::Test, &mut |_| ()).unwrap();
+        let start: Light = rollout.render_scene(&scene).light;
+        let first =
+            (0..rollout.steps()).find(|step| rollout.light(*step, &start).direction != start.direction);
+        first.map(|step| rollout.drive.world_from_robot[step].translation.vector)
+    };
+    let whole = relit(1.0, 401).unwrap();
+    let most = relit(0.9, 361).unwrap();
+    assert!((whole - most).norm() < 0.3, "{whole} and {most}");
+    assert_eq!(relit(0.2, 81), None, "the place lies beyond the drive");
 }

@@ -10,17 +10,20 @@
 //! names: `gaussian_process`, whose hyper-parameters of most marginal likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last
 //! with the discrepancy, too.
 //!
+//! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they promise.
+//!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
 
 use super::boxes::Boxes;
 use super::hyperparameters::hyperparameters;
+use super::likeness::likeness_rows;
 use super::offset_fit::OffsetFit;
 use super::{Trial, columns, estimated, evidence, open, print, trials};
 use crate::command::cli::CalibrateArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::pipeline::{chosen_model, model};
+use crate::pipeline::{StageError, chosen_model, model};
 use crate::result::metric::Metric;
 use crate::result::statistics::{Mean, quantile};
 use crate::scene_file::row::Row;
@@ -29,8 +32,8 @@ use crate::score::pairs::{Pairs, PairsError};
 use nalgebra::Point3;
 use std::io::Write;
 use vantage_slam::{
-    AzimuthDiscrepancy, Estimate, Estimator, Geometric, GeometrySettings, ObjectEstimate, OdometryOnly,
-    Semantic, SemanticSettings, Settings,
+    AzimuthDiscrepancy, Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate,
+    OdometryOnly, Semantic, SemanticSettings, Settings,
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
@@ -122,6 +125,13 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         }
     }
     print(stdout, &head("Scale"), rows)?;
+
+    let [losses, reliability] = likeness_rows(&trials, &geometric, &settings.geometry, &loaded.reader())
+        .map_err(|error| StageError::from(EstimateError::Model(error)))?;
+    writeln!(stdout, "\npairs of tracklets: log loss at even odds, nats")?;
+    print(stdout, &["Exponents", "Of one object", "Of one family", "Of two families"], losses)?;
+    writeln!(stdout, "\npairs of tracklets, by the default exponents and at the odds that pairs have")?;
+    print(stdout, &["Probability of one object", "Pairs", "Promised", "Of one object"], reliability)?;
     Ok(Exit::Success)
 }
 

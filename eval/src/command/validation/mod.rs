@@ -7,6 +7,7 @@ pub mod error;
 mod evidence;
 mod headroom;
 mod hyperparameters;
+mod likeness;
 mod offset_fit;
 
 pub use calibrate::calibrate;
