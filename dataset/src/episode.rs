@@ -41,6 +41,11 @@ impl Observations {
         self.timestamps.len()
     }
 
+    /// The steps to which the robot came by a motion that is [unknown](Odometry::is_unknown), in the order of the odometry.
+    pub fn set_down(&self) -> impl Iterator<Item = usize> {
+        self.odometry.iter().filter(|odometry| odometry.is_unknown()).map(|odometry| odometry.to)
+    }
+
     /// One more than the largest track, or 0.
     pub fn tracks(&self) -> usize {
         self.detections.iter().map(|d| d.track + 1).max().unwrap_or(0)

@@ -15,15 +15,11 @@ pub struct Tracklets {
 
 impl Tracklets {
     /// Detections joined while an object stays in view, at most `gap` steps apart: the association between consecutive frames that
-    /// the paper takes for granted. None goes on where the robot was carried. Also returns, of each detection, its number among those of `given`, which only scoring may read.
+    /// the paper takes for granted. None goes on where the robot was carried. Also returns, of each
+    /// detection, its number among those of `given`, which only scoring may read.
     pub fn joined(given: &Observations, gap: usize) -> (Self, Vec<usize>) {
         let mut open: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
-        let carried: Vec<usize> = given
-            .odometry
-            .iter()
-            .filter(|odometry| odometry.is_unknown())
-            .map(|odometry| odometry.to)
-            .collect();
+        let carried: Vec<usize> = given.set_down().collect();
         Self::numbered(given, gap, |detection, next| {
             let is_on = |last: usize| {
                 detection.step - last <= gap

@@ -6,14 +6,13 @@ use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
-use vantage_dataset::{Odometry, Pose};
+use vantage_dataset::Pose;
 
 /// Puts the poses from each motion that is unknown on where that has two known objects or more, by the turn about the world's z axis and the shift that
 /// fit best (least squares). Poses that see fewer stay where they are.
 pub fn set_down(problem: &Problem<'_>, values: &mut Values, sightings: &BTreeMap<usize, Vec<Sighting>>) {
     let steps = problem.observations.steps();
-    let unknown = problem.observations.odometry.iter().filter(|odometry| odometry.is_unknown());
-    let mut cuts: Vec<usize> = unknown.map(|odometry: &Odometry| odometry.to).collect();
+    let mut cuts: Vec<usize> = problem.observations.set_down().collect();
     cuts.sort_unstable();
     cuts.push(steps);
     for pair in cuts.windows(2) {

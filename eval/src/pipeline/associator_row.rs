@@ -1,7 +1,7 @@
 //! The rows of the table of associations, and the associators that make them.
 
 use std::fmt;
-use vantage_dataset::{Camera, Observations, Odometry, Tracklets};
+use vantage_dataset::{Camera, Observations, Tracklets};
 use vantage_learn::readout::{ClassReadout, Readouts};
 use vantage_model::ObservationModel;
 use vantage_sim::scene::DetectorSpec;
@@ -110,7 +110,7 @@ impl AssociatorRow {
         looks: Looks<'m>,
     ) -> Box<dyn Associator + 'm> {
         let default = AssociationSettings::default();
-        let is_carried = seen.odometry.iter().any(Odometry::is_unknown);
+        let is_carried = seen.set_down().next().is_some();
         let hypotheses = if is_carried { HYPOTHESES_OF_PLACES } else { told.hypotheses() };
         let limits = Limits { hypotheses, ..default.limits };
         let own = AssociationSettings { limits, clutter: clutter(&seen.camera, detector), ..default };

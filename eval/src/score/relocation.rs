@@ -20,16 +20,10 @@ pub const COLUMNS: [Metric; 7] = [
     Metric::WithinTwo,
 ];
 
-/// The step at which the robot was set down last; none if it never was carried.
-pub fn set_down(observations: &Observations) -> Option<usize> {
-    let unknown = observations.odometry.iter().filter(|odometry| odometry.is_unknown());
-    unknown.map(|odometry| odometry.to).max()
-}
-
-/// The scores of places, one a step, with the first pose laid on the first true one; none of a robot that was not carried.
+/// The scores of places, one a step, since the robot was set down last, with the first pose laid on the first true one; none of a robot that was not carried.
 pub fn relocation_scores(observations: &Observations, world_from_robot: &[Pose], places: &[Place]) -> Scores {
     let mut scores = Scores::new();
-    let (Some(since), Some(first)) = (set_down(observations), world_from_robot.first()) else {
+    let (Some(since), Some(first)) = (observations.set_down().max(), world_from_robot.first()) else {
         return scores;
     };
     if places.len() != world_from_robot.len() || since >= places.len() {

@@ -13,6 +13,7 @@ use super::likeness::{Blind, Heading, Likeness};
 use super::ratios::{Part, Ratios};
 use super::scan::heading;
 use super::sensing::Sensing;
+use super::view::own_frame;
 use super::{Association, Associator};
 use crate::factor::{BearingFactor, Factor};
 use crate::graph::Graph;
@@ -183,21 +184,10 @@ impl<L: Likeness> Turn<'_, L> {
         let mut readings = BTreeMap::new();
         for (&number, object) in &self.objects() {
             let sightings = &self.tracklets[&number];
-            let place = self.values.get(Key::Object(*object)).cloned();
-            let (Some(place), Some(first)) = (place, sightings.first()) else { continue };
-            let Some(level) = self.values.pose(Key::Robot(first.step)).map(super::scan::level) else {
-                continue;
-            };
-            let mut values = Values::default();
-            if let Some(position) = place.position() {
-                let there = level.inverse_transform_point(&position.into()).coords;
-                values.insert(Key::Object(0), Value::Point(there));
-            }
-            for sighting in sightings {
-                if let Some(pose) = self.values.pose(Key::Robot(sighting.step)) {
-                    values.insert(Key::Robot(sighting.step), Value::Pose(level.inv_mul(pose)));
-                }
-            }
+            let place = self.values.get(Key::Object(*object)).and_then(|value| value.position());
+            let pose = |step| self.values.pose(Key::Robot(step)).copied();
+            let values = place.and_then(|place| own_frame(sightings, place, pose));
+            let Some(values) = values else { continue };
             readings.insert(number, self.owner.likeness.read(&self.problem(), &values, sightings)?);
         }
         self.readings = readings;

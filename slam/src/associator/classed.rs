@@ -6,10 +6,9 @@
 //! ```
 
 use super::likeness::{Heading, Likeness};
-use super::view::{log_mean, views, yaws};
+use super::view::{log_mean, measured, views, yaws};
 use crate::noise::Kernel;
 use crate::problem::Problem;
-use crate::semantics::unless_non_finite;
 use crate::sighting::Sighting;
 use crate::variable::Values;
 use vantage_model::{AnswerError, ClassModel};
@@ -56,12 +55,8 @@ impl<M: ClassModel> Likeness for Classed<M> {
         values: &Values,
         sightings: &[Sighting],
     ) -> Result<Self::Reading, AnswerError> {
-        let mut measured = Vec::new();
-        for view in views(problem, values, sightings, self.settings.views) {
-            if let Some(measurement) = unless_non_finite(self.model.measure(view.crop))? {
-                measured.push((measurement, view.viewpoint));
-            }
-        }
+        let views = views(problem, values, sightings, self.settings.views);
+        let measured = measured(views, |crop| self.model.measure(crop))?;
         if measured.is_empty() {
             return Ok(None);
         }
@@ -70,8 +65,8 @@ impl<M: ClassModel> Likeness for Classed<M> {
             let kernel = Kernel::of_degrees_of_freedom(noise.degrees_of_freedom());
             let constant = libm::log(noise.sqrt_information().determinant().abs());
             let under = |yaw: f64| -> f64 {
-                let each = measured.iter().map(|(measurement, viewpoint)| {
-                    let (expected, _) = self.model.linearize(class, &viewpoint.turned(-yaw));
+                let each = measured.iter().map(|(view, measurement)| {
+                    let (expected, _) = self.model.linearize(class, &view.viewpoint.turned(-yaw));
                     let off = noise.sqrt_information() * (measurement - expected);
                     constant - kernel.loss(off.norm_squared(), off.len())
                 });

@@ -11,7 +11,7 @@
 //! the ratio of all is divided by `1 - c + c r`. So latents add no more than `-log c` to what tells that objects are the same.
 
 use super::likeness::{Heading, Likeness};
-use super::view::{View, YAWS, log_mean, log_sum, views, yaws};
+use super::view::{View, YAWS, log_mean, log_sum, measured, views, yaws};
 use crate::noise::Kernel;
 use crate::problem::Problem;
 use crate::semantics::unless_non_finite;
@@ -91,22 +91,6 @@ impl<'m> Encoded<'m> {
         Self { model, settings }
     }
 
-    /// The views of a tracklet that can be used.
-    fn views<'a>(
-        &self,
-        problem: &Problem<'a>,
-        values: &Values,
-        sightings: &[Sighting],
-    ) -> Result<Vec<Measured<'a>>, AnswerError> {
-        let mut measured = Vec::new();
-        for view in views(problem, values, sightings, self.settings.views) {
-            if let Some(measurement) = unless_non_finite(self.model.measure(view.crop))? {
-                measured.push((view, measurement));
-            }
-        }
-        Ok(measured)
-    }
-
     /// What views tell if the object has a yaw; none where the model does not answer with numbers.
     fn under(&self, views: &[Measured<'_>], yaw: f64) -> Result<Option<(LatentFactor, f64)>, AnswerError> {
         let dim = self.model.latent_dim();
@@ -177,7 +161,8 @@ impl Likeness for Encoded<'_> {
         values: &Values,
         sightings: &[Sighting],
     ) -> Result<Self::Reading, AnswerError> {
-        let views = self.views(problem, values, sightings)?;
+        let views = views(problem, values, sightings, self.settings.views);
+        let views = measured(views, |crop| self.model.measure(crop))?;
         if views.is_empty() {
             return Ok(None);
         }

@@ -3,6 +3,7 @@
 use super::likeness::Likeness;
 use super::scan::{Estimated, Scan, level, pose};
 use super::tracklet::{Labels, Tracklet};
+use super::view::own_frame;
 use crate::association::{Frame, LocalEstimator};
 use crate::input::EstimateError;
 use crate::sighting::Sighting;
@@ -51,24 +52,11 @@ impl<L: Likeness> Scan<'_, L> {
     /// A tracklet's reading by the likeliest hypothesis that has it of something.
     fn reading(&self, number: usize) -> Result<Option<L::Reading>, EstimateError> {
         let Some(Tracklet { sightings, .. }) = self.tracklets.get(&number) else { return Ok(None) };
-        let Some(first) = sightings.first() else { return Ok(None) };
         for hypothesis in self.hypotheses.all() {
             let object = Labels::of(hypothesis).object(number);
             let place = object.and_then(|object| hypothesis.estimator().value(Key::Object(object)));
-            let (Some(place), Some(origin)) =
-                (place.and_then(|v| v.position()), pose(hypothesis, first.step))
-            else {
-                continue;
-            };
-            let level = level(&origin);
-            let mut values = Values::default();
-            let there = level.inverse_transform_point(&place.into()).coords;
-            values.insert(Key::Object(0), Value::Point(there));
-            for sighting in sightings {
-                if let Some(pose) = pose(hypothesis, sighting.step) {
-                    values.insert(Key::Robot(sighting.step), Value::Pose(level.inv_mul(&pose)));
-                }
-            }
+            let Some(place) = place.and_then(|value| value.position()) else { continue };
+            let Some(values) = own_frame(sightings, place, |step| pose(hypothesis, step)) else { continue };
             return Ok(Some(self.ratios.likeness().read(&self.problem(), &values, sightings)?));
         }
         Ok(None)

@@ -1,10 +1,14 @@
 //! The views of a tracklet, as likenesses read them.
 
+use super::scan::level;
 use crate::problem::Problem;
+use crate::semantics::unless_non_finite;
 use crate::sighting::Sighting;
-use crate::variable::{Key, Values};
+use crate::variable::{Key, Value, Values};
+use nalgebra::{DVector, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::{Crop, Pose, Viewpoint};
+use vantage_model::AnswerError;
 
 /// Yaws of an object that are summed over.
 pub(super) const YAWS: usize = 48;
@@ -34,6 +38,39 @@ pub(super) fn views<'a>(
         Some(View { crop: &problem.observations.detections[sighting.detection].masked_crop, viewpoint })
     };
     (0..n.min(most)).filter_map(view).collect()
+}
+
+/// Those that a model measures with finite numbers.
+pub(super) fn measured<'a>(
+    views: Vec<View<'a>>,
+    measure: impl Fn(&Crop) -> Result<DVector<f64>, AnswerError>,
+) -> Result<Vec<(View<'a>, DVector<f64>)>, AnswerError> {
+    let mut measured = Vec::with_capacity(views.len());
+    for view in views {
+        if let Some(measurement) = unless_non_finite(measure(view.crop))? {
+            measured.push((view, measurement));
+        }
+    }
+    Ok(measured)
+}
+
+/// What a likeness reads a tracklet by: its poses in the upright frame of the first, and its object at a place of the world as track 0. `None` where
+/// there is no first pose.
+pub(super) fn own_frame(
+    sightings: &[Sighting],
+    place: Vector3<f64>,
+    pose: impl Fn(usize) -> Option<Pose>,
+) -> Option<Values> {
+    let level = level(&pose(sightings.first()?.step)?);
+    let mut values = Values::default();
+    let there = level.inverse_transform_point(&place.into()).coords;
+    values.insert(Key::Object(0), Value::Point(there));
+    for sighting in sightings {
+        if let Some(pose) = pose(sighting.step) {
+            values.insert(Key::Robot(sighting.step), Value::Pose(level.inv_mul(&pose)));
+        }
+    }
+    Some(values)
 }
 
 /// The yaws, radians.

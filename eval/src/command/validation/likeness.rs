@@ -152,7 +152,8 @@ impl Pairs {
             let count = inside.len() as f64;
             let mean = inside.iter().map(|(p, _)| p).sum::<f64>() / count;
             let share = inside.iter().filter(|(_, same)| *same).count() as f64 / count;
-            let numbers = [mean, share].map(|share| format!("{share:.3}"));
+            let told = |share: f64| if share.is_nan() { "-".to_owned() } else { format!("{share:.3}") };
+            let numbers = [mean, share].map(told);
             let range = format!("{} to {}", bounds[0], bounds[1]);
             [vec![range, inside.len().to_string()], numbers.to_vec()].concat()
         };
@@ -178,6 +179,6 @@ mod tests {
         // Two of six pairs are of one object: of a ratio of 0 it is one in three.
         assert_eq!(rows[2], ["0.2 to 0.5", "2", "0.333", "0.500"]);
         assert_eq!(rows[5], ["0.95 to 1", "1", "1.000", "1.000"]);
-        assert_eq!(rows[1], ["0.05 to 0.2", "0", "NaN", "NaN"]);
+        assert_eq!(rows[1], ["0.05 to 0.2", "0", "-", "-"]);
     }
 }
