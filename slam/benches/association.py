@@ -1,11 +1,15 @@
-"""Runs GTSAM's HybridSmoother on shuffled measurements of MH-iSAM2; see association.sh.
+"""Runs solvers of GTSAM on shuffled measurements of MH-iSAM2; see association.sh.
 
-association.py victoria FILE    FILE as `association shuffled` writes it
-association.py city FILE        every loop may be false
+association.py SOLVER victoria FILE    FILE as `association shuffled` writes it
+association.py SOLVER city FILE        every loop may be false
 
-After each choice it is updated and linearised anew, which is what makes it right; its upstream example does so more rarely. It keeps 10 hypotheses,
-as there, and fixes modes of a probability of .99. Start values come from the first mode of the shuffled file. Candidates of a landmark join all
-candidates, with zero derivatives for those that are not meant, since components must have the same keys.
+SOLVER is one of:
+smoother       HybridSmoother. After each choice it is updated and linearised anew, which is what makes it right; its upstream example does so more
+               rarely. It keeps 10 hypotheses, as there, and fixes modes of a probability of .99.
+alternation    DCSAM. After each choice it is updated: discrete and continuous variables by turns, once each.
+
+Start values come from the first mode of the shuffled file. Candidates of a landmark join all candidates, with zero derivatives for those that are
+not meant, since components must have the same keys.
 """
 
 import statistics
@@ -61,16 +65,49 @@ def polar(robot, point, measured):
     return gtsam.BearingRangeFactor2D(robot, point, bearing, distance, model)
 
 
-class Run:
+class Smoother:
+    """HybridSmoother."""
+
     def __init__(self):
         self.smoother = gtsam.HybridSmoother(FIXED)
-        self.graph, self.values = gtsam.HybridNonlinearFactorGraph(), gtsam.Values()
-        self.values.insert(symbol("x", 0), gtsam.Pose2())
+        self.values = gtsam.Values()
+
+    def update(self, graph, values):
+        self.values.insert(values)
+        self.smoother.update(graph, self.values, LEAVES)
+        self.smoother.relinearize()
+        self.values = self.smoother.linearizationPoint()
+
+    def discrete(self):
+        return self.smoother.optimize().discrete()
+
+
+class Alternation:
+    """DCSAM."""
+
+    def __init__(self):
+        self.dcsam = gtsam.DCSAM()
+        self.values = gtsam.Values()
+
+    def update(self, graph, values):
+        self.dcsam.update(graph, gtsam.HybridValues(gtsam.VectorValues(), gtsam.DiscreteValues(), values))
+        self.values = self.dcsam.calculateEstimate().nonlinear()
+
+    def discrete(self):
+        return self.dcsam.calculateEstimate().discrete()
+
+
+class Run:
+    def __init__(self, solver):
+        self.solver = solver
+        self.graph, self.fresh = gtsam.HybridNonlinearFactorGraph(), gtsam.Values()
+        self.fresh.insert(symbol("x", 0), gtsam.Pose2())
         self.graph.push_back(gtsam.PriorFactorPose2(symbol("x", 0), gtsam.Pose2(), START))
         self.truth, self.seconds, self.start = [], [], time.process_time()
 
     def pose(self, number):
-        return self.values.atPose2(symbol("x", number))
+        key = symbol("x", number)
+        return (self.fresh if self.fresh.exists(key) else self.solver.values).atPose2(key)
 
     def choose(self, components, truth):
         key = (symbol("m", len(self.truth)), len(components))
@@ -82,33 +119,31 @@ class Run:
         self.seconds.append(time.process_time() - start)
 
     def update(self):
-        self.smoother.update(self.graph, self.values, LEAVES)
-        self.smoother.relinearize()
-        self.graph = gtsam.HybridNonlinearFactorGraph()
-        self.values = self.smoother.linearizationPoint()
+        self.solver.update(self.graph, self.fresh)
+        self.graph, self.fresh = gtsam.HybridNonlinearFactorGraph(), gtsam.Values()
 
     def finish(self):
         self.update()
-        answer = self.smoother.optimize().discrete()
+        answer = self.solver.discrete()
         wrong = [i for i, truth in enumerate(self.truth) if answer[symbol("m", i)] != truth]
         times = sorted(1e3 * second for second in self.seconds)
         print(f"choices {len(self.truth)}\nwrong {len(wrong)} {wrong}\ncpu {time.process_time() - self.start:.2f}")
         print(f"ms p50 {statistics.median(times):.2f}\nms p95 {times[int(0.95 * len(times))]:.2f}\nms max {times[-1]:.2f}")
 
 
-def victoria(path):
-    run, known = Run(), set()
+def victoria(solver, path):
+    run, known = Run(solver), set()
     for kind, pose, candidates, _, values, candidate, _ in lines(path):
         robot = symbol("x", pose)
         if kind == "POSE":
             motion = gtsam.Pose2(*values[0])
             run.graph.push_back(gtsam.BetweenFactorPose2(robot, symbol("x", candidates[0]), motion, VICTORIA))
-            run.values.insert(symbol("x", candidates[0]), run.pose(pose).compose(motion))
+            run.fresh.insert(symbol("x", candidates[0]), run.pose(pose).compose(motion))
             continue
         points = [symbol("l", landmark) for landmark in candidates]
         if len(candidates) == 1 and candidates[0] not in known:
             known.add(candidates[0])
-            run.values.insert(points[0], run.pose(pose).transformFrom(values[0]))
+            run.fresh.insert(points[0], run.pose(pose).transformFrom(values[0]))
         if len(points) == 1:
             run.graph.push_back(polar(robot, points[0], values[0]))
         else:
@@ -116,14 +151,14 @@ def victoria(path):
     run.finish()
 
 
-def city(path):
-    run = Run()
+def city(solver, path):
+    run = Run(solver)
     for _, pose, candidates, _, values, _, mode in lines(path):
         ends = symbol("x", pose), symbol("x", candidates[0])
         motions = [gtsam.Pose2(*value) for value in values]
         factors = [gtsam.BetweenFactorPose2(*ends, motion, CITY) for motion in motions]
         if abs(pose - candidates[0]) == 1:
-            run.values.insert(ends[1], run.pose(pose).compose(motions[0]))
+            run.fresh.insert(ends[1], run.pose(pose).compose(motions[0]))
             if len(factors) == 1:
                 run.graph.push_back(factors[0])
             else:
@@ -134,5 +169,6 @@ def city(path):
 
 
 if __name__ == "__main__":
-    case, path = sys.argv[1:]
-    {"victoria": victoria, "city": city}[case](path)
+    solver, case, path = sys.argv[1:]
+    solver = {"smoother": Smoother, "alternation": Alternation}[solver]()
+    {"victoria": victoria, "city": city}[case](solver, path)

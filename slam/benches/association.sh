@@ -1,5 +1,5 @@
 #!/bin/sh
-# Association on cases of others, and beside GTSAM's HybridSmoother in the same shuffled order.
+# Association on cases of others, and beside GTSAM's HybridSmoother and DCSAM in the same shuffled order.
 #
 #   slam/benches/association.sh [CASES [FOLDER [SEED]]]
 #
@@ -24,12 +24,17 @@ echo "## Victoria Park"
 "$ours" victoria "$victoria" "$seed"
 echo "## Victoria Park, HybridSmoother"
 "$ours" shuffled "$victoria" "$seed" 1000000 > "$folder/victoria.txt"
-$peer victoria "$folder/victoria.txt"
+$peer smoother victoria "$folder/victoria.txt"
+echo "## Victoria Park, 1000 lines, HybridSmoother and DCSAM"
+"$ours" shuffled "$victoria" "$seed" 1000 > "$folder/victoria_1000.txt"
+$peer smoother victoria "$folder/victoria_1000.txt"
+$peer alternation victoria "$folder/victoria_1000.txt"
 echo "## City10000, 500 lines"
 "$ours" city "$city" "$truth" "$seed" 500
-echo "## City10000, 500 lines, HybridSmoother"
+echo "## City10000, 500 lines, HybridSmoother and DCSAM"
 "$ours" shuffled "$city" "$seed" 500 > "$folder/city.txt"
-$peer city "$folder/city.txt"
+$peer smoother city "$folder/city.txt"
+$peer alternation city "$folder/city.txt"
 echo "## City10000"
 "$ours" city "$city" "$truth" "$seed"
 echo "## City10000, loops that may be false"

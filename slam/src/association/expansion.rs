@@ -4,9 +4,10 @@ use super::choice::{Choice, Frame, Verdict};
 use super::estimator::{Addition, LocalEstimator};
 use super::hypothesis::Hypothesis;
 use super::limits::Limits;
-use super::local::Local;
+use super::local::{Local, Weighed};
 use super::mass::prune;
 use crate::variable::Key;
+use std::rc::Rc;
 
 /// One way on.
 pub(super) struct Continuation<'m> {
@@ -25,7 +26,23 @@ struct Partial {
     /// Which alternative of each choice so far.
     picks: Vec<usize>,
     claimed: Vec<usize>,
-    local: Option<Local>,
+    local: Option<Rc<Local>>,
+}
+
+/// A partial way on and one alternative more, which its marginal does not count yet: most are dropped, and to condition is dear.
+struct Extended {
+    partial: Partial,
+    weighed: Option<Weighed>,
+}
+
+impl Extended {
+    fn condition(self) -> Partial {
+        let Self { mut partial, weighed } = self;
+        if let (Some(local), Some(weighed)) = (&partial.local, &weighed) {
+            partial.local = Some(Rc::new(local.conditioned(weighed)));
+        }
+        partial
+    }
 }
 
 impl Frame<'_> {
@@ -44,7 +61,7 @@ pub(super) fn expand<'m, E: LocalEstimator<'m>>(
     frame: Frame<'m>,
     limits: &Limits,
 ) -> (Vec<Continuation<'m>>, f64) {
-    let local = joint(&hypothesis.estimator, &frame);
+    let local = joint(&hypothesis.estimator, &frame).map(Rc::new);
     let log_mass = log_mass + frame.log_weight;
     let start = Partial { log_mass, log_prior: frame.log_weight, picks: vec![], claimed: vec![], local };
     let mut partials = vec![start];
@@ -55,11 +72,11 @@ pub(super) fn expand<'m, E: LocalEstimator<'m>>(
         for partial in &partials {
             extend(partial, choice, i == last, &mut next);
         }
-        let masses: Vec<f64> = next.iter().map(|partial| partial.log_mass).collect();
+        let masses: Vec<f64> = next.iter().map(|extended| extended.partial.log_mass).collect();
         let (kept, share) = prune(&masses, limits);
         dropped = 1.0 - (1.0 - dropped) * (1.0 - share);
-        let mut next: Vec<Option<Partial>> = next.into_iter().map(Some).collect();
-        partials = kept.into_iter().filter_map(|index| next[index].take()).collect();
+        let mut next: Vec<Option<Extended>> = next.into_iter().map(Some).collect();
+        partials = kept.into_iter().filter_map(|index| next[index].take()).map(Extended::condition).collect();
     }
     let as_continuation = |partial: Partial| {
         let picked = || frame.choices.iter().zip(&partial.picks);
@@ -99,31 +116,30 @@ fn joint<'m, E: LocalEstimator<'m>>(estimator: &E, frame: &Frame<'m>) -> Option<
     Local::new(held, nalgebra::DMatrix::identity(n, n))
 }
 
-fn extend(partial: &Partial, choice: &Choice<'_>, is_last: bool, next: &mut Vec<Partial>) {
+fn extend(partial: &Partial, choice: &Choice<'_>, is_last: bool, next: &mut Vec<Extended>) {
     for (pick, alternative) in choice.alternatives.iter().enumerate() {
         if alternative.claims.is_some_and(|object| partial.claimed.contains(&object)) {
             continue;
         }
         let addition = &alternative.addition;
         let mut log_mass = partial.log_mass + alternative.log_weight;
-        let mut local = None;
-        if addition.factors.is_empty() {
-            local = partial.local.clone().filter(|_| !is_last);
-        } else {
-            let moved = partial.local.as_ref().filter(|_| !addition.moved.is_empty());
-            let moved = moved.map(|local| local.moved(&addition.moved));
-            let Some(before) = moved.as_ref().or(partial.local.as_ref()) else { continue };
-            let Some(weighed) = before.weigh(&addition.factors, &addition.fresh) else { continue };
-            log_mass += weighed.log_evidence;
-            if !is_last {
-                local = Some(before.conditioned(&weighed));
+        let mut local = partial.local.clone();
+        let mut weighed = None;
+        if !addition.factors.is_empty() {
+            if !addition.moved.is_empty() {
+                local = local.map(|local| Rc::new(local.moved(&addition.moved)));
             }
+            let Some(before) = &local else { continue };
+            let Some(taken) = before.weigh(&addition.factors, &addition.fresh) else { continue };
+            log_mass += taken.log_evidence;
+            weighed = Some(taken);
         }
+        local = local.filter(|_| !is_last);
         let mut picks = partial.picks.clone();
         picks.push(pick);
         let mut claimed = partial.claimed.clone();
         claimed.extend(alternative.claims);
         let log_prior = partial.log_prior + alternative.log_weight;
-        next.push(Partial { log_mass, log_prior, picks, claimed, local });
+        next.push(Extended { partial: Partial { log_mass, log_prior, picks, claimed, local }, weighed });
     }
 }

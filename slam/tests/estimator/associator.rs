@@ -15,23 +15,23 @@ use vantage_slam::sighting::Sighting;
 use vantage_slam::variable::{Value, Values};
 use vantage_slam::{EstimateError, Estimator, Geometric, Key};
 
-const GAP: usize = 3;
+pub const GAP: usize = 3;
 /// The encoder of these worlds is linear in a model that is not: it errs by more than it says.
-const LIKENESS: EncodedSettings =
+pub const LIKENESS: EncodedSettings =
     EncodedSettings { views: 8, latent_exponent: 0.02, side_exponent: 0.1, copies: 0.1 };
 
-fn model() -> TanhModel {
+pub fn model() -> TanhModel {
     TanhModel::new([6, 12, 24], 0.03, 8.0, Seed(5))
 }
 
-fn settings(spec: &WorldSpec) -> AssociationSettings {
+pub fn settings(spec: &WorldSpec) -> AssociationSettings {
     // Objects of these worlds are larger than those of scenes.
     let size = World::new(spec, None, Seed(99)).sizes.iter().sum::<f64>() / spec.objects as f64;
     AssociationSettings { size, ..AssociationSettings::default() }
 }
 
 /// Objects numbered by their first tracklets.
-fn named(objects: &[Option<usize>]) -> Vec<Option<usize>> {
+pub fn named(objects: &[Option<usize>]) -> Vec<Option<usize>> {
     let mut names = BTreeMap::new();
     let name = |object: &Option<usize>| {
         object.map(|object| {
@@ -43,7 +43,7 @@ fn named(objects: &[Option<usize>]) -> Vec<Option<usize>> {
 }
 
 /// The true object of each tracklet.
-fn truth(given: &Observations, tracklets: &Tracklets, order: &[usize]) -> Vec<Option<usize>> {
+pub fn truth(given: &Observations, tracklets: &Tracklets, order: &[usize]) -> Vec<Option<usize>> {
     let mut objects = vec![None; tracklets.count()];
     for (detection, number) in tracklets.observations().detections.iter().zip(order) {
         objects[detection.track] = Some(given.detections[*number].track);
@@ -51,7 +51,7 @@ fn truth(given: &Observations, tracklets: &Tracklets, order: &[usize]) -> Vec<Op
     objects
 }
 
-fn associate(associator: &impl Associator, given: &Observations) -> (Association, bool) {
+pub fn associate(associator: &impl Associator, given: &Observations) -> (Association, bool) {
     let (tracklets, order) = Tracklets::joined(given, GAP);
     let association = associator.associate(&tracklets).unwrap();
     let truth = truth(given, &tracklets, &order);
@@ -183,62 +183,6 @@ fn a_likeness_turns_with_its_frames_and_knows_no_order() {
         }
     }
     assert!(same >= 4 && other >= 20, "{same} and {other} pairs");
-}
-
-#[test]
-fn detections_of_nothing_no_objects_and_two_at_one_place_end_well() {
-    let spec = WorldSpec::sparse_loop();
-    let (estimator, own) = (matching_settings(&spec), settings(&spec));
-    let blind = |clutter| Hypothesizing::new(&estimator, AssociationSettings { clutter, ..own }, Blind);
-
-    let mut empty = World::new(&spec, None, Seed(1)).observations;
-    empty.detections.clear();
-    let (nothing, _) = associate(&blind(1e-3), &empty);
-    assert_eq!(nothing.objects(), &[] as &[Option<usize>]);
-
-    // Three of ten detections are of nothing, anywhere in the image.
-    let mut littered = World::new(&spec, None, Seed(1)).observations;
-    let mut stream = Seed(7).stream("litter", 0);
-    let real = littered.detections.len();
-    for number in 0..real * 3 / 7 {
-        let mut detection = littered.detections[stream.below(real)].clone();
-        let moved = nalgebra::Vector2::new(stream.normal() * 60.0, stream.normal() * 40.0);
-        detection.bounding_box.min += moved;
-        detection.bounding_box.max += moved;
-        detection.track = 1000 + number;
-        littered.detections.push(detection);
-    }
-    let (tracklets, order) = Tracklets::joined(&littered, GAP);
-    let truth = truth(&littered, &tracklets, &order);
-    let found = blind(0.3).associate(&tracklets).unwrap();
-    let wrong = |is_litter: bool| {
-        let pairs = found.objects().iter().zip(&truth).filter(|(_, t)| (t.unwrap() >= 1000) == is_litter);
-        let (all, taken) =
-            pairs.fold((0usize, 0usize), |(all, taken), (o, _)| (all + 1, taken + usize::from(o.is_some())));
-        taken as f64 / all.max(1) as f64
-    };
-    assert!(wrong(true) < 0.2, "{} of what is not there taken for objects", wrong(true));
-    assert!(wrong(false) > 0.8, "{} of tracklets of objects kept", wrong(false));
-    let unlittered: Vec<_> = (found.objects().iter().zip(&truth))
-        .filter(|(found, truth)| found.is_some() && truth.unwrap() < 1000)
-        .map(|(found, truth)| (*found, *truth))
-        .collect();
-    let (mine, right): (Vec<_>, Vec<_>) = unlittered.into_iter().unzip();
-    assert_eq!(named(&mine), named(&right));
-
-    let mut doubled = World::new(&spec, None, Seed(1)).observations;
-    let twins: Vec<_> = doubled.detections.iter().filter(|d| d.track == 0).cloned().collect();
-    doubled.detections.extend(twins.into_iter().map(|d| vantage_dataset::Detection { track: 500, ..d }));
-    let (tracklets, _) = Tracklets::joined(&doubled, GAP);
-    let twice = blind(1e-3).associate(&tracklets).unwrap();
-    for step in 0..doubled.steps() {
-        let here = tracklets.observations().detections.iter().filter(|d| d.step == step);
-        let mut objects: Vec<usize> = here.filter_map(|d| twice.objects()[d.track]).collect();
-        let seen = objects.len();
-        objects.sort_unstable();
-        objects.dedup();
-        assert_eq!(objects.len(), seen, "step {step}: one object is two detections");
-    }
 }
 
 #[test]

@@ -140,7 +140,8 @@ impl World {
         }
     }
 
-    fn look(&mut self, spec: &WorldSpec, model: Option<&TanhModel>, seed: Seed) {
+    /// Adds what the camera sees at all steps.
+    pub fn look(&mut self, spec: &WorldSpec, model: Option<&TanhModel>, seed: Seed) {
         let camera = self.observations.camera;
         let mut noise = seed.stream("bearing", 0);
         let mut semantic_noise = seed.stream("semantic", 0);
