@@ -41,3 +41,5 @@ echo "## City10000, loops that may be false"
 "$ours" detachable "$cases/mh_T3b_city10000_10.txt" "$truth" "$seed"
 echo "## Objects of Mu et al."
 "$ours" mu "$cases/mu2016_simulation.mat" 5
+echo "## Generated worlds that no setting was chosen on"
+"$ours" generated 3000 40

@@ -1,5 +1,6 @@
 //! What an estimator refuses to start from.
 
+use crate::association::AssociationError;
 use crate::noise::sqrt_information;
 use crate::settings::OdometrySettings;
 use garde::Validate;
@@ -60,6 +61,14 @@ pub enum EstimateError {
     Indefinite {
         /// The step.
         step: usize,
+    },
+    /// Who is who cannot be told any further.
+    #[error("step {step}: {error}")]
+    Association {
+        /// The step.
+        step: usize,
+        /// Why.
+        error: AssociationError,
     },
     /// A detection is not usable.
     #[error("detection {index}: {problem}")]

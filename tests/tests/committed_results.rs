@@ -4,7 +4,9 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use vantage_eval::command::{INDEX, MAP_FILE, folders, index, map_pages, scene_table};
+use vantage_eval::command::{
+    ASSOCIATIONS, INDEX, MAP_FILE, associations, folders, index, map_pages, scene_table, scenes,
+};
 use vantage_eval::figure::gains::gains_svg;
 use vantage_eval::result::kind::ResultKind;
 use vantage_eval::result::metric::Metric;
@@ -168,6 +170,9 @@ fn the_index_and_the_table_of_the_readme_are_those_of_the_results() {
     let results = root().join("results");
     let committed = std::fs::read_to_string(results.join(INDEX)).unwrap();
     assert!(committed == index(&results).unwrap(), "run `bench index results`");
+    let committed = std::fs::read_to_string(results.join(ASSOCIATIONS)).ok();
+    let today = associations(&scenes(&results).unwrap());
+    assert!(committed.is_some() && committed == today, "run `bench index results`");
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
     let (_, after) = readme.split_once("<!-- results: begin -->\n").unwrap();
     let (block, _) = after.split_once("<!-- results: end -->").unwrap();

@@ -1,12 +1,15 @@
 //! Stage `associations`: who is who by every associator, where the estimator is told less than all, and what that makes of the trajectory.
+//!
+//! What our associators make of a seed is cached, times included.
 
 use super::associator_row::{AssociatorRow, Looks, Told};
 use super::estimates::PANICKED;
 use super::readouts::readouts;
-use super::{Method, Pipeline, SeedEpisode, StageError};
+use super::{EpisodeFolder, Method, Pipeline, SeedEpisode, StageError, code};
 use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::Table;
+use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::Row;
 use crate::score::association::{ASSOCIATION, COLUMNS, TrueTracklets, canonical};
 use crate::score::association_entry::AssociationEntry;
@@ -15,18 +18,35 @@ use crate::score::embedding::Scores;
 use crate::score::pairs::Pairs;
 use crate::score::relocation::{self, relocation_scores};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
-use vantage_dataset::store::{read_observations, read_truth};
+use vantage_dataset::store::{Key, read_observations, read_truth};
 use vantage_dataset::{Detection, Observations, Seed, Tracklets, Truth};
+use vantage_sim::scene::DetectorSpec;
 use vantage_slam::{Association, EstimateError, Settings};
 
 /// The row of the association that estimators are given otherwise.
 pub const GIVEN: &str = "given";
 
+const FILE: &str = "associations.json";
+
+#[derive(Serialize)]
+struct Inputs<'a> {
+    code: &'static str,
+    episode: &'a str,
+    models: Vec<&'a str>,
+    /// What identifies the views that the read-outs are fitted on.
+    readouts: Option<&'a str>,
+    spec: &'a EstimatorSpec,
+    detector: &'a DetectorSpec,
+}
+
 /// What a row made of an episode.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Associated {
     /// Of each detection, in the order of the episode's, its object, numbered as they come; none of one that is of nothing.
     pub objects: Vec<Option<usize>>,
@@ -52,30 +72,58 @@ pub fn associations(
     methods: &[Method<'_>],
     entries: &[AssociationEntry],
 ) -> Result<Vec<SeedAssociations>, StageError> {
+    for (seed, episode) in episodes.iter().filter_map(|(seed, episode)| Some((seed, episode.as_ref().ok()?)))
+    {
+        let detections = read_observations(&episode.folder)?.detections.len();
+        entries.iter().try_for_each(|entry| entry.fits(*seed, detections))?;
+    }
     let stage = pipeline.progress.stage("associations", episodes.len() as u64);
-    let rows = association_rows(entries).len();
+    let own = association_rows(&[]).len();
     let reader = methods
         .first()
-        .map(|method| Ok::<_, StageError>((method.model, readouts(pipeline, &method.model.model)?.0)));
+        .map(|method| Ok::<_, StageError>((method.model, readouts(pipeline, &method.model.model)?)));
     let reader = reader.transpose()?;
-    let looks = reader.as_ref().map(|(model, readouts)| Looks { model: model.viewing(), readouts });
+    let looks = reader.as_ref().map(|(model, (readouts, _))| Looks { model: model.viewing(), readouts });
+    let fitted_on = reader.as_ref().map(|(_, (_, seal))| seal.as_str());
     let mut answers = Vec::with_capacity(episodes.len());
     for (seed, episode) in episodes {
         let of_seed = match episode {
             Ok(episode) => {
-                let given = Given {
-                    seed: *seed,
-                    observations: read_observations(&episode.folder)?,
-                    truth: read_truth(&episode.folder)?,
-                };
-                given.associated(pipeline, looks, methods, entries)?
+                let key = key(pipeline, episode, methods, fitted_on)?;
+                let given = OnceCell::new();
+                let mut of_seed: Vec<Result<Associated, String>> = pipeline.cache.json(&key, FILE, || {
+                    Given::once(&given, *seed, episode)?.own(pipeline, looks, methods)
+                })?;
+                if !entries.is_empty() {
+                    of_seed.extend(Given::once(&given, *seed, episode)?.others(pipeline, methods, entries)?);
+                }
+                of_seed
             }
-            Err(reason) => vec![Err(reason.clone()); rows],
+            Err(reason) => vec![Err(reason.clone()); own + entries.len()],
         };
         answers.push((*seed, of_seed));
         stage.advance(1);
     }
     Ok(answers)
+}
+
+fn key(
+    pipeline: &Pipeline,
+    episode: &EpisodeFolder,
+    methods: &[Method<'_>],
+    readouts: Option<&str>,
+) -> Result<Key, StageError> {
+    Ok(Key::new(
+        "associations",
+        &Inputs {
+            code: code::ASSOCIATED,
+            episode: &episode.seal,
+            models: methods.iter().map(|method| method.model.model.hash()).collect(),
+            readouts,
+            spec: &pipeline.file.estimator,
+            detector: &pipeline.file.sensors.detector,
+        },
+    )?)
 }
 
 /// The table of associations; none where there are no episodes.
@@ -120,35 +168,69 @@ struct Answered {
 }
 
 impl Given {
-    fn associated(
+    /// What is read where it is needed first.
+    fn once<'g>(
+        given: &'g OnceCell<Self>,
+        seed: Seed,
+        episode: &EpisodeFolder,
+    ) -> Result<&'g Self, StageError> {
+        if let Some(given) = given.get() {
+            return Ok(given);
+        }
+        let observations = read_observations(&episode.folder)?;
+        let truth = read_truth(&episode.folder)?;
+        Ok(given.get_or_init(|| Self { seed, observations, truth }))
+    }
+
+    /// The oracle and our associators.
+    fn own(
         &self,
         pipeline: &Pipeline,
         looks: Option<Looks<'_>>,
         methods: &[Method<'_>],
-        entries: &[AssociationEntry],
     ) -> Result<Vec<Result<Associated, String>>, StageError> {
-        let settings = pipeline.file.estimator.settings();
-        let mut answered = vec![self.oracle()];
+        let mut answered = vec![self.scored(self.oracle(), true)];
         for told in Told::ALL {
             for row in AssociatorRow::ALL {
-                answered.push(self.answer(pipeline, looks, told, row)?);
+                answered.push(self.scored(self.answer(pipeline, looks, told, row)?, true));
             }
         }
-        answered.extend(entries.iter().map(|entry| self.entered(entry)));
-        let mut scored: Vec<Result<Associated, String>> =
-            answered.into_iter().map(|answered| self.scored(answered)).collect();
-        // Most rows agree: each way to tell who is who is estimated by once.
+        self.estimated(pipeline, methods, answered)
+    }
+
+    fn others(
+        &self,
+        pipeline: &Pipeline,
+        methods: &[Method<'_>],
+        entries: &[AssociationEntry],
+    ) -> Result<Vec<Result<Associated, String>>, StageError> {
+        let answered = entries.iter().map(|entry| self.scored(self.entered(entry), false));
+        self.estimated(pipeline, methods, answered.collect())
+    }
+
+    /// With the errors of trajectories by each answer. Most rows agree: each way to tell who is who is estimated by once.
+    fn estimated(
+        &self,
+        pipeline: &Pipeline,
+        methods: &[Method<'_>],
+        mut scored: Vec<Result<Associated, String>>,
+    ) -> Result<Vec<Result<Associated, String>>, StageError> {
+        let settings = pipeline.file.estimator.settings();
         let told: BTreeSet<Vec<Option<usize>>> =
             scored.iter().flatten().map(|associated| associated.objects.clone()).collect();
-        let errors: BTreeMap<Vec<Option<usize>>, Scores> = told
+        let errors: BTreeMap<Vec<Option<usize>>, Result<Scores, String>> = told
             .into_par_iter()
             .map(|objects| {
                 let errors = self.errors(&settings, methods, &objects)?;
                 Ok((objects, errors))
             })
             .collect::<Result<_, StageError>>()?;
-        for associated in scored.iter_mut().flatten() {
-            associated.scores.extend(errors[&associated.objects].clone());
+        for answer in &mut scored {
+            let Ok(associated) = answer else { continue };
+            match &errors[&associated.objects] {
+                Ok(errors) => associated.scores.extend(errors.clone()),
+                Err(reason) => *answer = Err(reason.clone()),
+            }
         }
         Ok(scored)
     }
@@ -179,7 +261,7 @@ impl Given {
         let associator = row.associator((told, &self.observations), &settings, detector, looks);
         let answer = match catch_unwind(AssertUnwindSafe(|| associator.associate(&tracklets))) {
             Ok(Ok(association)) => Ok(association),
-            Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Indefinite { .. }))) => {
+            Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Association { .. }))) => {
                 Err(error.to_string())
             }
             Ok(Err(error)) => return Err(error.into()),
@@ -202,7 +284,8 @@ impl Given {
         Answered { tracklets, order, answer }
     }
 
-    fn scored(&self, answered: Answered) -> Result<Associated, String> {
+    /// The scores of an answer; those of weights where it `weighs`.
+    fn scored(&self, answered: Answered, weighs: bool) -> Result<Associated, String> {
         let Answered { tracklets, order, answer } = answered;
         let association = answer?;
         let seen = tracklets.observations();
@@ -222,7 +305,8 @@ impl Given {
         };
         let told = association.objects();
         let mut scores = truth.scores(told);
-        scores.extend(truth.of_hypotheses(&association));
+        let of_hypotheses = truth.of_hypotheses(&association);
+        scores.extend(of_hypotheses.into_iter().filter(|(metric, _)| weighs || *metric == Metric::AllRight));
         scores.extend(relocation_scores(
             &self.observations,
             &self.truth.world_from_robot,
@@ -235,13 +319,13 @@ impl Given {
         Ok(Associated { objects: canonical(objects.into_iter()), times: association.times, scores })
     }
 
-    /// ATE of the rows by what was associated.
+    /// ATE of the rows by what was associated; why there is none where an estimator panicked.
     fn errors(
         &self,
         settings: &Settings,
         methods: &[Method<'_>],
         objects: &[Option<usize>],
-    ) -> Result<Scores, StageError> {
+    ) -> Result<Result<Scores, String>, StageError> {
         let detections = self.observations.detections.iter().zip(objects);
         let mut detections: Vec<Detection> = detections
             .filter_map(|(detection, object)| Some(Detection { track: (*object)?, ..detection.clone() }))
@@ -253,10 +337,13 @@ impl Given {
             (Metric::AteOfGeometric, methods.iter().find(|method| method.row == Row::Geometric)),
             (Metric::AteOfLearned, methods.iter().find(|method| method.row.is_of_model())),
         ] {
-            let error = row.map(|row| self.error(settings, row, &observations)).transpose()?.flatten();
-            scores.extend(error.map(|error| (metric, error)));
+            let Some(row) = row else { continue };
+            match self.error(settings, row, &observations)? {
+                Ok(error) => scores.extend(error.map(|error| (metric, error))),
+                Err(reason) => return Ok(Err(reason)),
+            }
         }
-        Ok(scores)
+        Ok(Ok(scores))
     }
 
     /// ATE of a row; none where it has no answer.
@@ -265,14 +352,15 @@ impl Given {
         settings: &Settings,
         method: &Method<'_>,
         observations: &Observations,
-    ) -> Result<Option<f64>, StageError> {
+    ) -> Result<Result<Option<f64>, String>, StageError> {
         let estimator = method.row.estimator(settings, method.model.reader());
         let estimate = match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
             Ok(Ok(estimate)) => estimate,
-            Ok(Err(EstimateError::Model(_))) | Err(_) => return Ok(None),
+            Ok(Err(EstimateError::Model(_))) => return Ok(Ok(None)),
             Ok(Err(error)) => return Err(error.into()),
+            Err(_) => return Ok(Err(PANICKED.to_owned())),
         };
         let pairs = Pairs::by_step(&self.truth.world_from_robot, &estimate.world_from_robot)?;
-        Ok(ate(&pairs))
+        Ok(Ok(ate(&pairs)))
     }
 }

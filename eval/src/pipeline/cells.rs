@@ -52,6 +52,19 @@ pub struct CellRuns {
     pub renderer: RendererInfo,
 }
 
+/// The rows of a pass, by name; nothing is simulated for that.
+pub fn row_names(cell: &Cell<'_>, pass: &Pass) -> Result<Vec<String>, StageError> {
+    let progress = cell.progress.clone();
+    let pipeline = Pipeline::of(pass.scene.clone(), cell.path, cell.cache, cell.renderer, progress)?;
+    let models = models_of(&pipeline, pass.model.as_deref())?;
+    Ok(methods(&pipeline.file.estimator.rows, &models).iter().map(super::Method::name).collect())
+}
+
+fn models_of(pipeline: &Pipeline, model: Option<&Path>) -> Result<Vec<LoadedModel>, StageError> {
+    let chosen = chosen_model(pipeline, false, model)?;
+    models(pipeline, &[chosen], Naming::Kind, &[])
+}
+
 /// Simulates, estimates and scores a cell, or takes from the cache what is there.
 pub fn cell(cell: &Cell<'_>) -> Result<CellRuns, StageError> {
     let mut made: Option<CellRuns> = None;
@@ -72,8 +85,7 @@ pub fn cell(cell: &Cell<'_>) -> Result<CellRuns, StageError> {
 }
 
 fn runs(pipeline: &Pipeline, model: Option<&Path>, seeds: &[Seed]) -> Result<CellRuns, StageError> {
-    let chosen = chosen_model(pipeline, false, model)?;
-    let models = models(pipeline, &[chosen], Naming::Kind, &[])?;
+    let models = models_of(pipeline, model)?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let episodes = episodes(pipeline, seeds, Split::Test)?;
     let mut seals = Vec::new();

@@ -10,3 +10,5 @@ pub const TRAINED: &str = env!("VANTAGE_CODE_TRAINED");
 pub const ESTIMATED: &str = env!("VANTAGE_CODE_ESTIMATED");
 /// What runs models and scores them.
 pub const SCORED: &str = env!("VANTAGE_CODE_SCORED");
+/// What tells who is who, and scores that.
+pub const ASSOCIATED: &str = env!("VANTAGE_CODE_ASSOCIATED");

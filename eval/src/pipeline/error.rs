@@ -7,6 +7,7 @@ use crate::result::output_folder::OutputError;
 use crate::result::table::TableError;
 use crate::scene_file::SceneFileError;
 use crate::scene_file::study::VariantError;
+use crate::score::association_entry::AssociationEntryError;
 use crate::score::pairs::PairsError;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -56,6 +57,9 @@ pub enum StageError {
         /// The folder.
         folder: PathBuf,
     },
+    /// See [`AssociationEntryError`].
+    #[error(transparent)]
+    Associations(#[from] AssociationEntryError),
     /// See [`EstimateError`].
     #[error(transparent)]
     Estimate(#[from] EstimateError),
@@ -112,6 +116,7 @@ impl Ends for StageError {
             Self::LeftOut(error) => error.exit(),
             #[cfg(feature = "train")]
             Self::Train(error) => error.exit(),
+            Self::Associations(error) => error.exit(),
             Self::Estimate(error) => error.exit(),
             Self::Variant(error) => error.exit(),
             Self::Pairs(error) => error.exit(),

@@ -25,10 +25,12 @@ mod training;
 mod unseen;
 mod views;
 
-pub use associations::{Associated, SeedAssociations, association_rows, association_table, associations};
-pub use associator_row::Told;
+pub use associations::{
+    Associated, GIVEN, SeedAssociations, association_rows, association_table, associations,
+};
+pub use associator_row::{AssociatorRow, Told};
 pub use azimuth_sensor::AzimuthSensor;
-pub use cells::{Cell, CellRuns, Pass, cell};
+pub use cells::{Cell, CellRuns, Pass, cell, row_names};
 pub use code::SIMULATED;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use error::StageError;

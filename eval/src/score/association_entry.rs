@@ -34,6 +34,7 @@ pub const HEAD: &str = "detection,object";
 pub struct AssociationEntry {
     /// The folder's name, which its row has.
     pub name: String,
+    folder: PathBuf,
     /// BLAKE3 of the files that were read, by seed.
     pub hash: String,
     answers: BTreeMap<Seed, Result<BTreeMap<usize, Option<usize>>, String>>,
@@ -82,20 +83,33 @@ impl AssociationEntry {
             let reason = format!("no association of the seeds that are run; expected {first}.csv and so on");
             return Err(wrong(folder, &reason));
         }
-        Ok(Self { name, hash: hasher.finalize().to_hex().to_string(), answers })
+        Ok(Self { name, folder: folder.to_owned(), hash: hasher.finalize().to_hex().to_string(), answers })
+    }
+
+    /// Refuses an answer to other detections than those of a seed.
+    pub fn fits(&self, seed: Seed, detections: usize) -> Result<(), AssociationEntryError> {
+        let Some(Ok(answer)) = self.answers.get(&seed) else { return Ok(()) };
+        match answer.last_key_value().filter(|(last, _)| **last >= detections) {
+            Some((last, _)) => Err(wrong(
+                &self.folder.join(format!("{}.csv", seed.0)),
+                &format!(
+                    "detection {last}, but seed {} has {detections} detections, counted from 0; answer to what `bench dataset` writes of this scene",
+                    seed.0
+                ),
+            )),
+            None => Ok(()),
+        }
     }
 
     /// The object of each of an episode's detections, or why the run counts as failed.
     pub fn run(&self, seed: Seed, detections: usize) -> Result<Vec<Option<usize>>, String> {
-        let answer = match self.answers.get(&seed) {
-            Some(Ok(answer)) => answer,
-            Some(Err(reason)) => return Err(reason.clone()),
-            None => return Err(format!("there is no {}.csv", seed.0)),
-        };
-        if let Some((last, _)) = answer.last_key_value().filter(|(last, _)| **last >= detections) {
-            return Err(format!("{}.csv: detection {last} of {detections}, counted from 0", seed.0));
+        match self.answers.get(&seed) {
+            Some(Ok(answer)) => {
+                Ok((0..detections).map(|detection| answer.get(&detection).copied().flatten()).collect())
+            }
+            Some(Err(reason)) => Err(reason.clone()),
+            None => Err(format!("there is no {}.csv", seed.0)),
         }
-        Ok((0..detections).map(|detection| answer.get(&detection).copied().flatten()).collect())
     }
 
     /// That no robot drives in the scene.
@@ -105,7 +119,14 @@ impl AssociationEntry {
 }
 
 fn parsed(bytes: &[u8]) -> Result<BTreeMap<usize, Option<usize>>, String> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let text =
+        std::str::from_utf8(bytes).map_err(|_| "got bytes that are no UTF-8; save it as UTF-8".to_owned())?;
+    if text.trim().is_empty() {
+        return Err(format!(
+            "the file is empty; expected the head {HEAD:?}, and a line for each detection of an object"
+        ));
+    }
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(bytes);
     let head = reader.headers().map_err(|error| error.to_string())?.iter().collect::<Vec<_>>().join(",");
     if head != HEAD {
         return Err(format!("line 1: got the head {head:?}, expected {HEAD:?}"));
@@ -114,14 +135,18 @@ fn parsed(bytes: &[u8]) -> Result<BTreeMap<usize, Option<usize>>, String> {
     for record in reader.records() {
         let record = record.map_err(|error| error.to_string())?;
         let line = record.position().map_or(0, csv::Position::line);
-        let number = |field: usize, what: &str| {
+        if record.len() > 2 {
+            return Err(format!("line {line}: got {} fields, expected {HEAD:?}", record.len()));
+        }
+        let number = |field: usize, what: &str, remedy: &str| {
             let got = record.get(field).unwrap_or_default();
-            let told = format!("line {line}: got {what} {got:?}, expected a whole number from 0");
+            let told = format!("line {line}: got {what} {got:?}, expected a whole number from 0{remedy}");
             got.parse::<usize>().map_err(|_| told)
         };
-        let detection = number(0, "detection")?;
+        let detection = number(0, "detection", "")?;
         let is_nothing = record.get(1).is_none_or(str::is_empty);
-        let object = if is_nothing { None } else { Some(number(1, "object")?) };
+        let remedy = ", or nothing; in pandas, let the column be of type Int64";
+        let object = if is_nothing { None } else { Some(number(1, "object", remedy)?) };
         if objects.insert(detection, object).is_some() {
             return Err(format!("line {line}: detection {detection} stands there twice; leave one line"));
         }
@@ -147,10 +172,12 @@ mod tests {
 
     #[test]
     fn detections_without_a_line_or_an_object_are_of_nothing() {
-        let entry = read("detection,object\n2, 7\n0,\n").unwrap();
+        let entry = read("detection,object\n2, 7\n0,\n1\n").unwrap();
         assert_eq!(entry.name, "mine");
         assert_eq!(entry.run(Seed(3), 4).unwrap(), [None, None, Some(7), None]);
-        assert!(entry.run(Seed(3), 2).unwrap_err().contains("detection 2 of 2"));
+        assert!(entry.fits(Seed(3), 3).is_ok() && entry.fits(Seed(4), 0).is_ok());
+        let error = entry.fits(Seed(3), 2).unwrap_err().to_string();
+        assert!(error.contains("3.csv: detection 2, but seed 3 has 2 detections"), "{error}");
         assert!(entry.run(Seed(4), 2).unwrap_err().contains("no 4.csv"));
     }
 
@@ -160,6 +187,9 @@ mod tests {
             ("step,object\n", "line 1: got the head"),
             ("detection,object\n1,2\nx,2\n", "line 3: got detection \"x\""),
             ("detection,object\n1,-2\n", "line 2: got object \"-2\""),
+            ("detection,object\n1,2.0\n", "in pandas, let the column be of type Int64"),
+            ("detection,object\n1,2,3\n", "line 2: got 3 fields"),
+            ("\n", "the file is empty"),
             ("detection,object\n1,2\n1,3\n", "line 3: detection 1 stands there twice"),
         ] {
             let error = read(text).unwrap_err().to_string();

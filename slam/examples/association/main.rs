@@ -6,7 +6,7 @@
 //! association detachable FILE TRUTH SEED [LINES]  the same, of loops those alone that the file says may be false
 //! association shuffled FILE SEED LINES      the first LINES lines as shuffled, for others
 //! association mu FILE SEEDS                 Mu's simulation at its noise of odometry and at three times that
-//! association generated SEEDS               worlds like it: what settings are chosen on
+//! association generated FIRST SEEDS         worlds like it, a new one for each seed; settings are chosen on those from 1000
 //! ```
 //!
 //! Candidates are shuffled by the seed. Numbers are printed one a line, after a name. Times are of the processor.
@@ -25,7 +25,8 @@ use vantage_dataset::Seed;
 static ALLOCATOR: MiMalloc = MiMalloc;
 
 const USAGE: &str = "usage: association victoria FILE SEED | city FILE TRUTH SEED [LINES] | \
-                     detachable FILE TRUTH SEED [LINES] | shuffled FILE SEED LINES | mu FILE SEEDS | generated SEEDS";
+                     detachable FILE TRUTH SEED [LINES] | shuffled FILE SEED LINES | mu FILE SEEDS | \
+                     generated FIRST SEEDS";
 
 /// What went wrong.
 type Failure = Box<dyn std::error::Error>;
@@ -40,7 +41,10 @@ fn main() -> Result<(), Failure> {
         }
         ["shuffled", file, seed, lines] => mh::shuffled(Path::new(file), Seed(seed.parse()?), lines.parse()?),
         ["mu", file, seeds] => objects::mu(Path::new(file), seeds.parse()?),
-        ["generated", seeds] => objects::generated(seeds.parse()?),
+        ["generated", first, seeds] => {
+            let (first, seeds): (u64, u64) = (first.parse()?, seeds.parse()?);
+            objects::generated(first..first.saturating_add(seeds))
+        }
         _ => Err(USAGE.into()),
     }
 }

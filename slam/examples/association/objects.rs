@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::clock::cpu_seconds;
-use crate::scores::{Scores, pairwise};
+use crate::scores::{Scores, paired, pairwise};
 use nalgebra::{DVector, Vector2};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -46,10 +46,11 @@ pub fn mu(file: &Path, seeds: u64) -> Result<(), Failure> {
     table(|_| Ok(&world), 0..seeds)
 }
 
-/// The same of generated worlds, a new one for each seed from 1000.
-pub fn generated(seeds: u64) -> Result<(), Failure> {
-    let worlds: Vec<World> = (1000..1000 + seeds).map(|seed| World::generate(Seed(seed))).collect();
-    table(|seed| worlds.get((seed - 1000) as usize).ok_or_else(|| "no such world".into()), 1000..1000 + seeds)
+/// The same of generated worlds, a new one for each seed.
+pub fn generated(seeds: std::ops::Range<u64>) -> Result<(), Failure> {
+    let worlds: Vec<World> = seeds.clone().map(|seed| World::generate(Seed(seed))).collect();
+    let first = seeds.start;
+    table(|seed| worlds.get((seed - first) as usize).ok_or_else(|| "no such world".into()), seeds)
 }
 
 fn table<'a>(
@@ -57,10 +58,12 @@ fn table<'a>(
     seeds: std::ops::Range<u64>,
 ) -> Result<(), Failure> {
     println!(
-        "noise rule ATE(m) objects F1 P R hypotheses dropped cpu(s): mean +- deviation over {} seeds",
+        "noise rule ATE(m) objects F1 P R hypotheses dropped cpu(s): mean +- deviation over {} seeds; ATE less the oracle's: mean +- two \
+         standard errors",
         seeds.end - seeds.start
     );
     for scale in [1.0, 3.0] {
+        let mut oracle = Vec::new();
         for (name, rule) in
             [("oracle", Rule::Oracle), ("greedy", Rule::Greedy), ("hypotheses", Rule::Hypotheses)]
         {
@@ -68,7 +71,12 @@ fn table<'a>(
             for seed in seeds.clone() {
                 all.push(run(world(seed)?, Seed(seed), scale, rule)?);
             }
-            println!("{scale} {name} {}", Scores::summary(&all));
+            if rule == Rule::Oracle {
+                oracle = all;
+                println!("{scale} {name} {}", Scores::summary(&oracle));
+            } else {
+                println!("{scale} {name} {}; {}", Scores::summary(&all), paired(&all, &oracle));
+            }
         }
     }
     Ok(())

@@ -23,10 +23,8 @@ impl Scores {
     /// Means and deviations.
     pub fn summary(all: &[Scores]) -> String {
         let of = |number: fn(&Scores) -> f64, digits: usize| {
-            let n = all.len() as f64;
-            let mean = all.iter().map(number).sum::<f64>() / n;
-            let squares: f64 = all.iter().map(|scores| (number(scores) - mean).powi(2)).sum();
-            format!("{mean:.digits$} +- {:.digits$}", (squares / (n - 1.0).max(1.0)).sqrt())
+            let (mean, deviation) = moments(all.iter().map(number));
+            format!("{mean:.digits$} +- {deviation:.digits$}")
         };
         [
             of(|s| s.ate, 3),
@@ -40,6 +38,20 @@ impl Scores {
         ]
         .join(" | ")
     }
+}
+
+/// The error less that of others on the same seeds: the mean, and two standard errors of it.
+pub fn paired(all: &[Scores], others: &[Scores]) -> String {
+    let (mean, deviation) = moments(all.iter().zip(others).map(|(one, other)| one.ate - other.ate));
+    format!("{mean:.3} +- {:.3}", 2.0 * deviation / (all.len() as f64).sqrt())
+}
+
+/// Mean and standard deviation.
+fn moments(numbers: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = numbers.clone().count() as f64;
+    let mean = numbers.clone().sum::<f64>() / n;
+    let squares: f64 = numbers.map(|number| (number - mean).powi(2)).sum();
+    (mean, (squares / (n - 1.0).max(1.0)).sqrt())
 }
 
 /// Precision and recall of pairs of detections in one object; a false detection is in none.

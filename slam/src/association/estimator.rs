@@ -3,7 +3,9 @@
 use super::local::Local;
 use crate::factor::Factor;
 use crate::variable::{Key, Value};
+use nalgebra::Point3;
 use std::rc::Rc;
+use vantage_dataset::Pose;
 
 /// Factors, and the variables that come in with them.
 #[derive(Clone, Default)]
@@ -12,8 +14,39 @@ pub struct Addition<'m> {
     pub factors: Vec<Rc<dyn Factor + 'm>>,
     /// New variables at their first values.
     pub fresh: Vec<(Key, Value)>,
-    /// Variables that are there already and are set down elsewhere, all by one motion, to which what they are joined with is all but indifferent.
-    pub moved: Vec<(Key, Value)>,
+    /// Variables that are there already and are set down elsewhere; what they are joined with is all but indifferent to that.
+    pub moved: Moved,
+}
+
+/// Values that one motion of the world takes elsewhere. Copies share the values.
+#[derive(Clone, Default)]
+pub struct Moved {
+    motion: Pose,
+    values: Rc<[(Key, Value)]>,
+}
+
+impl Moved {
+    /// These values, moved.
+    pub fn new(motion: Pose, values: Rc<[(Key, Value)]>) -> Self {
+        Self { motion, values }
+    }
+
+    /// Whether nothing is moved.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The values where they are now.
+    pub fn iter(&self) -> impl Iterator<Item = (Key, Value)> {
+        self.values.iter().map(|(key, value)| {
+            let moved = match value {
+                Value::Pose(pose) => Value::Pose(self.motion * pose),
+                Value::Point(point) => Value::Point((self.motion * Point3::from(*point)).coords),
+                Value::Vector(vector) => Value::Vector(vector.clone()),
+            };
+            (*key, moved)
+        })
+    }
 }
 
 impl<'m> Addition<'m> {

@@ -1,5 +1,6 @@
 //! A Gaussian over a few variables: what a choice is judged by before anything is solved.
 
+use super::estimator::Moved;
 use crate::factor::{Factor, LinearFactor};
 use crate::variable::{Key, Value, Values};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -81,12 +82,10 @@ impl Local {
     }
 
     /// The same with some variables elsewhere: a right perturbation does not change with a motion of the world.
-    pub fn moved(&self, moved: &[(Key, Value)]) -> Self {
+    pub fn moved(&self, moved: &Moved) -> Self {
         let mut elsewhere = self.clone();
-        for (key, value) in moved {
-            if self.keys.contains(key) {
-                elsewhere.values.insert(*key, value.clone());
-            }
+        for (key, value) in moved.iter().filter(|(key, _)| self.keys.contains(key)) {
+            elsewhere.values.insert(key, value);
         }
         elsewhere
     }

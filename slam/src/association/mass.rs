@@ -11,10 +11,10 @@ pub(super) fn log_sum(logs: impl Iterator<Item = f64> + Clone) -> f64 {
     largest + libm::log(logs.map(|log| libm::exp(log - largest)).sum())
 }
 
-/// Which of these masses are kept, the largest first, and the share of all that is not. The largest always is.
+/// Which of these masses are kept, the largest first, and the share of all that is not. The largest always is; what is not a number is none.
 pub(super) fn prune(logs: &[f64], limits: &Limits) -> (Vec<usize>, f64) {
-    let total = log_sum(logs.iter().copied());
-    let mut order: Vec<usize> = (0..logs.len()).filter(|i| logs[*i] > f64::NEG_INFINITY).collect();
+    let mut order: Vec<usize> = (0..logs.len()).filter(|i| logs[*i].is_finite()).collect();
+    let total = log_sum(order.iter().map(|i| logs[*i]));
     order.sort_by(|a, b| logs[*b].total_cmp(&logs[*a]));
     let share = |i: usize| libm::exp(logs[i] - total);
     let enough = order.iter().take_while(|i| share(**i) >= limits.least_weight).count();
@@ -40,5 +40,7 @@ mod tests {
         assert!((dropped - 0.4).abs() < 1e-15);
         assert_eq!(prune(&[], &limits(9, 0.0)), (vec![], 0.0));
         assert_eq!(prune(&[f64::NEG_INFINITY], &limits(9, 0.0)), (vec![], 0.0));
+        let (kept, dropped) = prune(&[f64::NAN, logs[1], logs[0]], &limits(9, 0.0));
+        assert_eq!((kept, dropped), (vec![1, 2], 0.0));
     }
 }

@@ -36,7 +36,7 @@ mod whole;
 
 pub use account::{AssociationError, GivenUp, Work};
 pub use choice::{Alternative, Choice, Frame, Verdict};
-pub use estimator::{Addition, LocalEstimator, Unsolved};
+pub use estimator::{Addition, LocalEstimator, Moved, Unsolved};
 pub use hypotheses::Hypotheses;
 pub use hypothesis::Hypothesis;
 pub use limits::{Limits, Merging};

@@ -1,6 +1,6 @@
 //! The estimate of one hypothesis over any factors: a smoother whose copies share their history.
 
-use super::estimator::{Addition, LocalEstimator, Unsolved};
+use super::estimator::{Addition, LocalEstimator, Moved, Unsolved};
 use super::local::Local;
 use super::marginal::joint_covariance;
 use super::places::Places;
@@ -217,13 +217,13 @@ impl<'m> SharedSmoother<'m> {
     }
 
     /// Puts variables elsewhere, and linearises anew what joins them.
-    fn set_down(&mut self, moved: &[(Key, Value)]) {
+    fn set_down(&mut self, moved: &Moved) {
         let mut due = Vec::new();
-        for (key, value) in moved {
-            let Some(variable) = self.places.get(*key) else { continue };
+        for (key, value) in moved.iter() {
+            let Some(variable) = self.places.get(key) else { continue };
             self.tree.reset(variable);
             let held = self.variables.get_mut(variable);
-            (held.base, held.value) = (value.clone(), value.clone());
+            (held.base, held.value) = (value.clone(), value);
             due.extend_from_slice(self.tree.terms_of(variable));
         }
         due.sort_unstable();

@@ -7,6 +7,9 @@
 //! `mu_i` and `v_i` are the factor `q(e | z_i, x_i) / N(e; 0, I)` of a view if the object has that yaw, which counts as a measurement of `e`; `mu`
 //! is the mean latent of a tracklet's views. The exponents `a` and `b` make up for errors that views share.
 //!
+//! Latents alone count as if each tracklet had a yaw of its own: its latent is then a mixture over the yaws, which is taken for the Gaussian of
+//! equal mean and variances.
+//!
 //! Of objects that are not the same a share `c` are copies: their latents are one, and their yaws are not. With `r` the ratio of latents alone,
 //! the ratio of all is divided by `1 - c + c r`. So latents add no more than `-log c` to what tells that objects are the same.
 
@@ -28,7 +31,7 @@ pub struct EncodedSettings {
     pub views: usize,
     /// Of what the encoder tells: `a`.
     pub latent_exponent: f64,
-    /// Of what the decoder tells of the side: `b`. With 0, tracklets of one object may have any yaws.
+    /// Of what the decoder tells of the side: `b`. With 0 latents count alone: each tracklet of an object may have a yaw of its own.
     pub side_exponent: f64,
     /// Share of objects that look like another one: `c`.
     pub copies: f64,
@@ -55,7 +58,9 @@ pub struct EncodedReading {
     latents: Vec<LatentFactor>,
     /// `b log p(m | mu, x)` over the views, likewise.
     sides: Vec<f64>,
-    /// `log` of the mean over the yaws of the evidence of latents and sides alone, and of latents alone.
+    /// What the views tell of the latent whatever the yaw.
+    any_yaw: LatentFactor,
+    /// `log` of the mean over the yaws of the evidence of latents and sides; and that of latents whatever the yaw.
     alone: [f64; 2],
 }
 
@@ -70,6 +75,8 @@ pub struct EncodedSum {
     weighted: Vec<f64>,
     constant: Vec<f64>,
     sides: Vec<f64>,
+    /// Likewise, whatever the yaws.
+    any_yaw: [Vec<f64>; 2],
     /// What each tracklet's evidence is alone, added up.
     alone: [f64; 2],
 }
@@ -137,6 +144,26 @@ impl LatentFactor {
         }
     }
 
+    /// The Gaussian of the mean and the variances that the mixture of factors has under the prior; of weights by their logarithms.
+    fn mixture(factors: &[Self], log_weights: &[f64]) -> Self {
+        let largest = log_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = log_weights.iter().map(|log| libm::exp(log - largest)).sum();
+        let dim = factors.first().map_or(0, |factor| factor.precision.len());
+        let (mut mean, mut square) = (DVector::zeros(dim), DVector::zeros(dim));
+        for (factor, log) in factors.iter().zip(log_weights) {
+            let share = libm::exp(log - largest) / total;
+            let variance = factor.precision.map(|precision| 1.0 / (1.0 + precision));
+            let own = factor.weighted.component_mul(&variance);
+            square += share * (variance + own.component_mul(&own));
+            mean += share * own;
+        }
+        let variance = square - mean.component_mul(&mean);
+        // No mixture tells less than nothing.
+        let precision = variance.map(|variance| (1.0 / variance - 1.0).max(0.0));
+        let weighted = mean.component_mul(&precision.add_scalar(1.0));
+        Self { precision, weighted, constant: 0.0 }
+    }
+
     /// `log` of the integral with the prior.
     fn log_evidence(&self) -> f64 {
         log_evidence(self.precision.as_slice(), self.weighted.as_slice(), self.constant)
@@ -175,9 +202,12 @@ impl Likeness for Encoded<'_> {
         }
         let of_latents: Vec<f64> =
             latents.iter().map(|latent| self.settings.latent_exponent * latent.log_evidence()).collect();
-        let with_sides = log_mean(of_latents.iter().zip(&sides).map(|(latent, side)| latent + side));
-        let alone = [with_sides, log_mean(of_latents.iter().copied())];
-        Ok(Some(EncodedReading { latents, sides, alone }))
+        let with_sides: Vec<f64> =
+            of_latents.iter().zip(&sides).map(|(latent, side)| latent + side).collect();
+        let any_yaw = LatentFactor::mixture(&latents, &of_latents);
+        let alone =
+            [log_mean(with_sides.iter().copied()), self.settings.latent_exponent * any_yaw.log_evidence()];
+        Ok(Some(EncodedReading { latents, sides, any_yaw, alone }))
     }
 
     fn add(&self, sum: &mut EncodedSum, reading: &Self::Reading, heading: Heading) {
@@ -186,6 +216,7 @@ impl Likeness for Encoded<'_> {
             let dim = self.model.latent_dim();
             (sum.precision, sum.weighted) = (vec![0.0; YAWS * dim], vec![0.0; YAWS * dim]);
             (sum.constant, sum.sides) = (vec![0.0; YAWS], vec![0.0; YAWS]);
+            sum.any_yaw = [vec![0.0; dim], vec![0.0; dim]];
             sum.first_variance = heading.variance;
         }
         sum.count += 1;
@@ -198,19 +229,17 @@ impl Likeness for Encoded<'_> {
         if sum.count < 2 {
             return 0.0;
         }
+        let EncodedSettings { latent_exponent, side_exponent, copies, .. } = self.settings;
+        let [precision, weighted] = &sum.any_yaw;
+        let latents = latent_exponent * log_evidence(precision, weighted, 0.0) - sum.alone[1];
         let dim = self.model.latent_dim();
-        let latents: Vec<f64> = (0..YAWS)
-            .map(|k| {
-                let of = k * dim..(k + 1) * dim;
-                let log = log_evidence(&sum.precision[of.clone()], &sum.weighted[of], sum.constant[k]);
-                self.settings.latent_exponent * log
-            })
-            .collect();
-        let with_sides =
-            log_mean(latents.iter().zip(&sum.sides).map(|(latent, side)| latent + side)) - sum.alone[0];
-        let without = log_mean(latents.iter().copied()) - sum.alone[1];
-        let copies = self.settings.copies;
-        with_sides - log_sum(libm::log(1.0 - copies), libm::log(copies) + without)
+        let under = |k: usize| {
+            let of = k * dim..(k + 1) * dim;
+            let log = log_evidence(&sum.precision[of.clone()], &sum.weighted[of], sum.constant[k]);
+            latent_exponent * log + sum.sides[k]
+        };
+        let all = if side_exponent == 0.0 { latents } else { log_mean((0..YAWS).map(under)) - sum.alone[0] };
+        all - log_sum(libm::log(1.0 - copies), libm::log(copies) + latents)
     }
 }
 
@@ -223,7 +252,8 @@ impl EncodedReading {
         let at = |k: i64| k.rem_euclid(YAWS as i64) as usize;
         let deviation = variance.sqrt() / step;
         let reach = (libm::ceil(3.0 * deviation) as i64).min(YAWS as i64 / 2);
-        let weights: Vec<(i64, f64)> = (-reach..=reach)
+        // The opposite yaw counts once.
+        let weights: Vec<(i64, f64)> = (-reach..=reach.min(YAWS as i64 / 2 - 1))
             .map(|off| (off, if off == 0 { 0.0 } else { -0.5 * (off as f64 / deviation).powi(2) }))
             .collect();
         let log_total = log_mean(weights.iter().map(|(_, log)| *log)) + libm::log(weights.len() as f64);
@@ -231,12 +261,13 @@ impl EncodedReading {
             let logs = weights.iter().map(|(off, log)| log + self.sides[at(k + off)]);
             log_mean(logs) + libm::log(weights.len() as f64) - log_total
         };
+        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+        add(&mut sum.any_yaw[0], self.any_yaw.precision.as_slice());
+        add(&mut sum.any_yaw[1], self.any_yaw.weighted.as_slice());
         for k in 0..YAWS {
             let turned = k as i64 - shift;
             let latent = &self.latents[at(turned)];
             let of = k * latent.precision.len()..(k + 1) * latent.precision.len();
-            let add =
-                |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
             add(&mut sum.precision[of.clone()], latent.precision.as_slice());
             add(&mut sum.weighted[of], latent.weighted.as_slice());
             sum.constant[k] += latent.constant;

@@ -89,8 +89,21 @@ impl<L: Likeness> Associator for Hypothesizing<L> {
         scan.finish()?;
         let all = scan.hypotheses().all().iter();
         let objects = |labels: Labels<'_>| (0..seen.count()).map(|number| labels.object(number)).collect();
-        let hypotheses =
-            all.map(|h| WeightedPartition { weight: h.weight(), objects: objects(Labels::of(h)) }).collect();
-        Ok(Association { hypotheses, times, places: scan.places() })
+        let partitions =
+            all.map(|h| WeightedPartition { weight: h.weight(), objects: objects(Labels::of(h)) });
+        Ok(Association { hypotheses: added_up(partitions), times, places: scan.places() })
     }
+}
+
+/// Each partition once, the likeliest first: hypotheses may tell one with several estimates.
+fn added_up(all: impl Iterator<Item = WeightedPartition>) -> Vec<WeightedPartition> {
+    let mut partitions: Vec<WeightedPartition> = Vec::new();
+    for one in all {
+        match partitions.iter_mut().find(|other| other.objects == one.objects) {
+            Some(other) => other.weight += one.weight,
+            None => partitions.push(one),
+        }
+    }
+    partitions.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    partitions
 }

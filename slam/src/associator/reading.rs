@@ -36,6 +36,8 @@ impl<L: Likeness> Scan<'_, L> {
     pub(super) fn read(&mut self, number: usize, step: usize) -> Result<(), EstimateError> {
         let Some(reading) = self.reading(number)? else { return Ok(()) };
         let Some(tracklet) = self.tracklets.get_mut(&number) else { return Ok(()) };
+        // The one before is taken back below.
+        tracklet.readings.drain(..tracklet.readings.len().saturating_sub(1));
         tracklet.readings.push((tracklet.sightings.len(), reading));
         let (tracklets, ratios) = (&self.tracklets, &self.ratios);
         let frame = |hypothesis: &Estimated| {
@@ -46,7 +48,7 @@ impl<L: Likeness> Scan<'_, L> {
             });
             Frame { choices: Vec::new(), log_weight }
         };
-        self.hypotheses.choose(frame).map_err(|_| EstimateError::Indefinite { step })
+        self.hypotheses.choose(frame).map_err(|error| EstimateError::Association { step, error })
     }
 
     /// A tracklet's reading by the likeliest hypothesis that has it of something.
@@ -62,28 +64,35 @@ impl<L: Likeness> Scan<'_, L> {
         Ok(None)
     }
 
-    /// Tracklets that have just come to their end.
+    /// Tracklets that have just come to their end: one of a single sighting is seldom of an object.
     pub(super) fn end(&mut self, step: usize) -> Result<(), EstimateError> {
         let gap = self.gap;
         let ended: Vec<usize> = (self.tracklets.iter())
-            .filter(|(_, t)| t.sightings.last().is_some_and(|s| s.step + gap + 1 == step))
+            .filter(|(_, tracklet)| tracklet.last() + gap + 1 == step)
             .map(|(number, _)| *number)
             .collect();
-        ended.into_iter().try_for_each(|number| self.close(number, step))
+        for number in ended {
+            if gap > 0 && self.tracklets[&number].sightings.len() == 1 {
+                let log_single = libm::log(self.sensing.settings.single);
+                let frame = |hypothesis: &Estimated| {
+                    let is_object = Labels::of(hypothesis).object(number).is_some();
+                    Frame { choices: Vec::new(), log_weight: if is_object { log_single } else { 0.0 } }
+                };
+                self.hypotheses.choose(frame).map_err(|error| EstimateError::Association { step, error })?;
+            }
+            self.read_rest(number, step)?;
+        }
+        Ok(())
     }
 
-    /// A tracklet is read to its end; one of a single sighting is seldom of an object.
-    pub(super) fn close(&mut self, number: usize, step: usize) -> Result<(), EstimateError> {
+    /// Reads what was not read of a tracklet.
+    pub(super) fn read_rest(&mut self, number: usize, step: usize) -> Result<(), EstimateError> {
         let Some(tracklet) = self.tracklets.get(&number) else { return Ok(()) };
-        let (sightings, read) = (tracklet.sightings.len(), tracklet.readings.last().map(|(n, _)| *n));
-        if sightings == 1 && self.gap > 0 {
-            let log_single = libm::log(self.sensing.settings.single);
-            let frame = |hypothesis: &Estimated| {
-                let is_object = Labels::of(hypothesis).object(number).is_some();
-                Frame { choices: Vec::new(), log_weight: if is_object { log_single } else { 0.0 } }
-            };
-            self.hypotheses.choose(frame).map_err(|_| EstimateError::Indefinite { step })?;
+        let read = tracklet.readings.last().map(|(sightings, _)| *sightings);
+        if read.is_some_and(|read| read < tracklet.sightings.len()) {
+            self.read(number, step)
+        } else {
+            Ok(())
         }
-        if read.is_some_and(|read| read < sightings) { self.read(number, step) } else { Ok(()) }
     }
 }

@@ -13,7 +13,7 @@ use super::ratios::{Part, Ratios};
 use super::scan::{heading, pose};
 use super::sensing::Sensing;
 use super::tracklet::{Labels, Tracklet, Tracklets};
-use crate::association::{Addition, Alternative, LocalEstimator};
+use crate::association::{Addition, Alternative, LocalEstimator, Moved};
 use crate::factor::{DepthFactor, PosePrior};
 use crate::noise::Kernel;
 use crate::problem::Problem;
@@ -22,6 +22,7 @@ use crate::variable::{Key, Value, Values};
 use nalgebra::{Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::rc::Rc;
 use vantage_dataset::{CenterDepth, Pose};
 
 /// Headings that are tried.
@@ -89,7 +90,7 @@ impl Sensing<'_> {
         let keys = (piece.since..=sighting.step)
             .map(Key::Robot)
             .chain(labels.objects().filter(|object| piece.has(*object, tracklets)).map(Key::Object));
-        let values: Vec<(Key, Value)> =
+        let values: Rc<[(Key, Value)]> =
             keys.filter_map(|key| Some((key, hypothesis.estimator().value(key)?))).collect();
         let mut sqrt_information = Matrix6::zeros();
         sqrt_information[(2, 2)] = 1.0 / SIGMA;
@@ -101,19 +102,16 @@ impl Sensing<'_> {
             let set_down = Pose::from_parts(Translation3::from(at), rotation);
             let motion = set_down * robot.inverse();
             let robot = Key::Robot(sighting.step);
-            let addition = Addition {
-                moved: values.iter().map(|(key, value)| (*key, moved(&motion, value))).collect(),
-                ..Addition::default()
-            }
-            .with(self.bearing(object, sighting))
-            .with(DepthFactor::new(
-                robot,
-                Key::Object(object),
-                self.observations.robot_from_camera,
-                depth,
-                Kernel::Gaussian,
-            ))
-            .with(PosePrior::new(robot, set_down, sqrt_information));
+            let addition = Addition { moved: Moved::new(motion, Rc::clone(&values)), ..Addition::default() }
+                .with(self.bearing(object, sighting))
+                .with(DepthFactor::new(
+                    robot,
+                    Key::Object(object),
+                    self.observations.robot_from_camera,
+                    depth,
+                    Kernel::Gaussian,
+                ))
+                .with(PosePrior::new(robot, set_down, sqrt_information));
             let log_densities = -libm::log(2.0 * PI) - libm::log(depth.sigma) - libm::log(SIGMA);
             Alternative {
                 label: object,
@@ -139,14 +137,5 @@ impl Sensing<'_> {
         values.insert(Key::Object(object), labels.hypothesis.estimator().value(Key::Object(object))?);
         Problem { observations: self.observations, settings: self.geometry }
             .object_size(&values, object, &sightings)
-    }
-}
-
-/// A value after a motion of the world.
-fn moved(motion: &Pose, value: &Value) -> Value {
-    match value {
-        Value::Pose(pose) => Value::Pose(motion * pose),
-        Value::Point(point) => Value::Point((motion * Point3::from(*point)).coords),
-        Value::Vector(vector) => Value::Vector(vector.clone()),
     }
 }

@@ -84,12 +84,15 @@ impl<'a, L: Likeness> Scan<'a, L> {
         odometry: &[Odometry],
         seen: &BTreeMap<usize, Sighting>,
     ) -> Result<(), EstimateError> {
-        let indefinite = |_: AssociationError| EstimateError::Indefinite { step };
+        let unsolved = |error: AssociationError| EstimateError::Association { step, error };
+        if step > 0 && odometry.is_empty() {
+            return Err(EstimateError::Unreached { step });
+        }
         if odometry.iter().any(Odometry::is_unknown) {
             self.piece = Some(Piece { since: step });
         }
-        self.move_robot(step, odometry).map_err(indefinite)?;
-        self.follow(seen).map_err(indefinite)?;
+        self.move_robot(step, odometry).map_err(unsolved)?;
+        self.follow(seen).map_err(unsolved)?;
         self.meet(step, seen)?;
         for (&number, sighting) in seen {
             if let Some(tracklet) = self.tracklets.get_mut(&number) {
@@ -128,11 +131,9 @@ impl<'a, L: Likeness> Scan<'a, L> {
     /// All is brought up to date.
     pub fn finish(&mut self) -> Result<(), EstimateError> {
         let step = self.sensing.observations.steps().saturating_sub(1);
-        let open: Vec<usize> = self.tracklets.keys().copied().collect();
-        for number in open {
-            self.close(number, step)?;
-        }
-        self.hypotheses.settle().map_err(|_| EstimateError::Indefinite { step })
+        let all: Vec<usize> = self.tracklets.keys().copied().collect();
+        all.into_iter().try_for_each(|number| self.read_rest(number, step))?;
+        self.hypotheses.refine().map_err(|error| EstimateError::Association { step, error })
     }
 
     fn move_robot(&mut self, step: usize, odometry: &[Odometry]) -> Result<(), AssociationError> {
@@ -208,8 +209,8 @@ impl<'a, L: Likeness> Scan<'a, L> {
 
     /// Chooses what tracklets are that begin at a step.
     fn choose(&mut self, step: usize, begun: Vec<Begun<'_, L::Reading>>) -> Result<(), EstimateError> {
-        let indefinite = |_: AssociationError| EstimateError::Indefinite { step };
-        self.hypotheses.settle().map_err(indefinite)?;
+        let unsolved = |error: AssociationError| EstimateError::Association { step, error };
+        self.hypotheses.settle().map_err(unsolved)?;
         let mut variance = self.heading_variance(step);
         let since = self.piece.map_or(0, |piece| piece.since);
         if self.piece.is_some() {
@@ -277,7 +278,7 @@ impl<'a, L: Likeness> Scan<'a, L> {
             });
             Frame { choices: choices.collect(), log_weight: 0.0 }
         });
-        chosen.map_err(indefinite)?;
+        chosen.map_err(unsolved)?;
         for (number, _, reading) in begun {
             let readings = reading.map(|reading| (1, reading)).into_iter().collect();
             let tracklet =

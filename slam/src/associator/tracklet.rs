@@ -16,7 +16,7 @@ pub(super) struct Tracklet<R> {
     pub sightings: Vec<Sighting>,
     /// Of the robot's heading at the first sighting, as known then.
     pub heading_variance: f64,
-    /// What was read of its crops, the newest last, and of how many sightings.
+    /// What was read of its crops at last, and the time before, and of how many sightings.
     pub readings: Vec<(usize, R)>,
 }
 

@@ -11,7 +11,7 @@ use super::scene::error::RunError;
 use crate::command::error::BenchError;
 use crate::command::places::places;
 use crate::exit::Exit;
-use crate::pipeline::{Cell, PANICKED, cell};
+use crate::pipeline::{Cell, PANICKED, Pass, cell, row_names};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
@@ -25,6 +25,7 @@ use crate::scene_file::map::{COLUMNS, MapFile};
 use crate::scene_file::row::Row;
 use crate::scene_file::vary::VaryError;
 use crate::scene_file::{self, SceneFile};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -78,6 +79,36 @@ pub fn sweep(
     make(&source, (&args.out, &args.stages.making, args.stages.seeds, args.replace), options, stdout)
 }
 
+/// Refuses two rows of one name in a cell, before any cell is made.
+fn each_row_once<'a>(
+    map: &Path,
+    passes: &'a [(String, Vec<Pass>)],
+    as_cell: impl Fn(&'a [Pass]) -> Cell<'a>,
+) -> Result<(), BenchError> {
+    // What a pass's rows are called is up to these, and most cells have the same.
+    let mut known: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (cell, passes) in passes {
+        let mut names: Vec<String> = Vec::new();
+        for pass in passes {
+            let (training, rows) = (&pass.scene.training, &pass.scene.estimator.rows);
+            let key = format!("{:?} {training:?} {rows:?}", pass.model);
+            if !known.contains_key(&key) {
+                known.insert(key.clone(), row_names(&as_cell(passes), pass)?);
+            }
+            for name in &known[&key] {
+                if names.contains(name) {
+                    let reason = format!(
+                        "{name} runs by two models, and both rows have this name: put one into another panel"
+                    );
+                    return Err(VaryError { path: map.to_owned(), what: cell.clone(), reason }.into());
+                }
+                names.push(name.clone());
+            }
+        }
+    }
+    Ok(())
+}
+
 fn make(
     source: &Source,
     (out, making, seeds, replace): (&Path, &MakingArgs, Option<u64>, bool),
@@ -99,24 +130,24 @@ fn make(
     let mut manifest = Manifest { options, ..Manifest::new(&hash, &seeds) };
 
     let progress = Progress::detect();
-    let stage = progress.stage("cells", passes.len() as u64);
     let of_cells = Progress::notes_once();
+    let as_cell = |passes| Cell {
+        passes,
+        path: scene_path,
+        cache: &making.cache,
+        renderer: making.renderer.into(),
+        seeds: &seeds,
+        progress: &of_cells,
+    };
+    each_row_once(&source.path, &passes, as_cell)?;
+    let stage = progress.stage("cells", passes.len() as u64);
     let (mut tables, mut seals) = (Vec::new(), blake3::Hasher::new());
     for (name, passes) in &passes {
         let started = Instant::now();
-        let renderer = making.renderer.into();
-        let (path, cache, seeds) = (scene_path.as_path(), making.cache.as_path(), seeds.as_slice());
-        let made = cell(&Cell { passes, path, cache, renderer, seeds, progress: &of_cells })?;
+        let made = cell(&as_cell(passes))?;
         let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
-        if let Some(twice) = methods.iter().enumerate().find(|(i, method)| methods[..*i].contains(method)) {
-            let reason = format!(
-                "{} runs by two models, and both rows have this name: put one into another panel",
-                twice.1
-            );
-            return Err(VaryError { path: source.path.clone(), what: name.clone(), reason }.into());
-        }
         let reference = Row::Geometric.to_string();
-        tables.push(Table::new(name, &methods, Some(&reference), &COLUMNS, seeds, made.runs)?);
+        tables.push(Table::new(name, &methods, Some(&reference), &COLUMNS, &seeds, made.runs)?);
         for seal in &made.seals {
             seals.update(seal.as_bytes());
         }

@@ -15,6 +15,9 @@ pub enum RunError {
         "{} varies fields of its own, and {what} is of one cell: leave out `vary` of the scene, or {what}", scene.display()
     )]
     Varies { scene: PathBuf, what: &'static str },
+    /// Asked for with a scene of single views.
+    #[error("{}: no robot drives in this scene; leave {what} out", scene.display())]
+    Undriven { scene: PathBuf, what: &'static str },
     /// Every row failed on every seed.
     #[error(
         "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
@@ -40,7 +43,7 @@ impl Ends for RunError {
     fn exit(&self) -> Exit {
         match self {
             Self::Panicked { .. } => Exit::Bug,
-            Self::Varies { .. } => Exit::BadInput,
+            Self::Varies { .. } | Self::Undriven { .. } => Exit::BadInput,
             Self::NothingAnswered { .. } | Self::NothingOf { .. } | Self::NothingSeen { .. } => {
                 Exit::NothingEvaluated
             }

@@ -1,5 +1,6 @@
 //! The line of `bench SCENE`: scene -> sim -> dataset -> learn -> slam -> eval -> results.
 
+use super::error::RunError;
 use super::record::Record;
 use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
@@ -40,6 +41,9 @@ pub fn line(
     beside: Beside<'_>,
 ) -> Result<Scored, BenchError> {
     let pipeline = Pipeline::open(scene, &stages.making.cache, stages.making.renderer.into())?;
+    if beside.associate && !pipeline.drives() {
+        return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--associate`" }.into());
+    }
     let seeds = seeds(&pipeline.file, stages);
     has_room(&pipeline, &seeds, scene)?;
     let entries = entries(&pipeline, stages, &seeds)?;
@@ -87,6 +91,7 @@ pub fn line(
         online,
         association_rows: association_rows(&associated),
         associations,
+        associated,
         entries,
         unseen: models.into_iter().map(|model| model.name).zip(unseen).collect(),
     })
@@ -180,6 +185,8 @@ pub struct Scored {
     pub associations: Vec<SeedAssociations>,
     /// Estimators of others.
     pub entries: Vec<Entry>,
+    /// Other associators.
+    pub associated: Vec<AssociationEntry>,
     /// Each model's name and its scores on unseen instances, one a seed.
     pub unseen: Vec<(String, Vec<Unseen>)>,
     /// Detections of objects in all episodes.

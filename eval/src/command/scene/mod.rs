@@ -12,16 +12,17 @@ use super::cli::{RunArgs, StageArgs};
 use crate::command::error::BenchError;
 use crate::command::map::sweep;
 use crate::exit::Exit;
-use crate::pipeline::{Answer, Naming, PANICKED, model_hash, reference_model};
+use crate::pipeline::{Naming, PANICKED, model_hash, reference_model};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report;
-use crate::result::run::{Outcome, Run};
+use crate::result::run::Run;
 use crate::result::standing::Standing;
 use crate::result::table::Table;
 use crate::scene_file::{self, SceneFile};
+use crate::score::association::ASSOCIATION;
 use crate::score::trajectory_scores::TRAJECTORIES;
 use error::RunError;
 use line::{Beside, Scored, line, seeds};
@@ -84,12 +85,11 @@ fn keep_fuller(place: &Path, scene: &Path, file: &SceneFile, stages: &StageArgs)
 
 /// How a run ends whose files are written.
 fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
-    let panicked = |answer: &Answer| matches!(&answer.outcome, Outcome::Failed(reason) if reason == PANICKED);
     if scored.answers.is_empty() {
         let any = scored.results.tables.iter().flat_map(Table::runs).any(|run| !run.scores.is_empty());
         return if any { Ok(Exit::Success) } else { Err(RunError::NothingSeen { scene }.into()) };
     }
-    if scored.answers.iter().any(|(_, rows)| rows.iter().any(panicked)) {
+    if scored.results.tables.iter().flat_map(Table::runs).any(|run| run.failure() == Some(PANICKED)) {
         return Err(RunError::Panicked { scene }.into());
     }
     if scored.answers.iter().all(|(_, rows)| rows.iter().all(|answer| answer.world_from_robot.is_empty())) {
@@ -98,12 +98,14 @@ fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
     if scored.detections == 0 {
         return Err(RunError::NothingSeen { scene }.into());
     }
-    let failed = scored.results.table(TRAJECTORIES).and_then(|table| {
+    let failed = |name: &str, is_counted: &dyn Fn(&String) -> bool| {
+        let table = scored.results.table(name)?;
         let none = |method: &&String| table.runs_of(method).iter().all(|run| run.failure().is_some());
-        let method = table.methods().iter().find(none)?;
+        let method = table.methods().iter().filter(|method| is_counted(method)).find(none)?;
         Some((method.clone(), table.runs_of(method).iter().find_map(Run::failure)?.to_owned()))
-    });
-    match failed {
+    };
+    let is_entry = |method: &String| scored.associated.iter().any(|entry| entry.name == *method);
+    match failed(TRAJECTORIES, &|_| true).or_else(|| failed(ASSOCIATION, &is_entry)) {
         Some((method, reason)) => Err(RunError::NothingOf { method, scene, reason }.into()),
         None => Ok(Exit::Success),
     }
@@ -112,7 +114,8 @@ fn ended(scored: &Scored, scene: PathBuf) -> Result<Exit, BenchError> {
 /// Says how many runs of each other estimator failed and why the first did or, where more is asked for, of each run of any why it
 /// failed, and how long each stage took.
 fn notes(scored: &Scored, progress: &Progress) {
-    let runs: Vec<&Run> = scored.results.table(TRAJECTORIES).into_iter().flat_map(Table::runs).collect();
+    let of = [TRAJECTORIES, ASSOCIATION].into_iter().filter_map(|name| scored.results.table(name));
+    let runs: Vec<&Run> = of.flat_map(Table::runs).collect();
     if progress.is_verbose() {
         for (run, reason) in runs.iter().filter_map(|run| Some((run, run.failure()?))) {
             progress.note(&format!("note: {} failed on seed {}: {reason}", run.method, run.seed.0));
@@ -122,11 +125,12 @@ fn notes(scored: &Scored, progress: &Progress) {
         }
         return;
     }
-    for entry in &scored.entries {
-        let of_entry = || runs.iter().filter(|run| run.method == entry.name);
+    let entries = scored.entries.iter().map(|entry| &entry.name);
+    for name in entries.chain(scored.associated.iter().map(|entry| &entry.name)) {
+        let of_entry = || runs.iter().filter(|run| run.method == *name);
         let failed = of_entry().filter_map(|run| Some((run.seed, run.failure()?)));
         if let Some((seed, reason)) = failed.clone().next() {
-            let (failed, all, name) = (failed.count(), of_entry().count(), &entry.name);
+            let (failed, all) = (failed.count(), of_entry().count());
             progress.note(&format!(
                 "note: {failed} of {all} runs of {name} failed, that of seed {} first: {reason}",
                 seed.0

@@ -46,7 +46,7 @@ pub fn say(
     }
     if !scored.associations.is_empty() {
         kinds.push(("associations", vec!["<seed>/<row>.association.csv"]));
-        kinds.push(("times of these", vec![ASSOCIATION_TIMES]));
+        kinds.push(("their times", vec![ASSOCIATION_TIMES]));
     }
     write!(stdout, "{}", places(folder, kinds))?;
     if let Some(table) = scored.results.table(TRAJECTORIES) {

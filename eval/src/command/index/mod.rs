@@ -1,5 +1,7 @@
 //! `bench index RESULTS_DIR`: the index of a folder of results, what scenes gave, and which maps and studies there are.
 
+mod associations;
+
 use super::cli::IndexArgs;
 use super::error::BenchError;
 use super::folder::is_there;
@@ -23,6 +25,8 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+pub use associations::{ASSOCIATIONS, associations};
+
 /// Name of the index.
 pub const INDEX: &str = "README.md";
 
@@ -41,10 +45,19 @@ pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, Be
     }
     folders(folder, ResultKind::Map).iter().try_for_each(|result| renew_map(result))?;
     let text = index(folder)?;
-    OutputFolder::probe(folder)?.write(INDEX, text.as_bytes())?;
+    let root = OutputFolder::probe(folder)?;
+    root.write(INDEX, text.as_bytes())?;
+    if let Some(page) = associations(&scenes(folder)?) {
+        root.write(ASSOCIATIONS, page.as_bytes())?;
+    }
     let here = format!("{}/", folder.to_string_lossy().trim_end_matches('/'));
     write!(stdout, "{}", scene_table(folder, &here)?)?;
     Ok(Exit::Success)
+}
+
+/// The finished results of scenes.
+pub fn scenes(root: &Path) -> Result<Vec<Results>, ResultsError> {
+    folders(root, ResultKind::Scene).iter().map(|folder| Results::read(folder)).collect()
 }
 
 /// Tables as they are said today; those of a result that is not finished are left alone.
@@ -116,6 +129,9 @@ pub fn index(root: &Path) -> Result<String, ResultsError> {
     );
     for folder in folders(root, ResultKind::Scene) {
         text += &line(root, &folder, "");
+    }
+    if associations(&scenes(root)?).is_some() {
+        text += &format!("\nWho is who, of all scenes: [{ASSOCIATIONS}]({ASSOCIATIONS})\n");
     }
     let maps = folders(root, ResultKind::Map);
     if !maps.is_empty() {
