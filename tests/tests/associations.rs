@@ -46,10 +46,15 @@ fn associations_are_a_table_and_files_that_score_as_they_did() {
         }
     }
 
+    let theirs = || Finished::of(scene.command().arg("--replace").arg("--associations").arg(&mine));
     fs::write(mine.join("1.csv"), "detection,object\n0,1\n0,2\n").unwrap();
-    let mut wrong = scene.command();
-    Finished::of(wrong.arg("--replace").arg("--associations").arg(&mine))
-        .expect(2, &["--associations", "1.csv", "line 3", "stands there twice"]);
+    theirs().expect(2, &["--associations", "1.csv", "line 3", "stands there twice"]);
+    fs::write(mine.join("1.csv"), "detection,object\n90000,1\n").unwrap();
+    let told = theirs();
+    told.expect(2, &["mine/1.csv", "detection 90000, but seed 1 has", "bench dataset"]);
+    assert!(!told.stderr.contains("associations: 1 of 2"), "{}", told.stderr);
+    fs::remove_file(mine.join("1.csv")).unwrap();
+    theirs().expect(0, &["1 of 2 runs of mine failed, that of seed 1 first: there is no 1.csv"]);
 }
 
 #[test]

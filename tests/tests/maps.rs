@@ -104,6 +104,8 @@ fn maps_that_cannot_be_are_refused_before_anything_runs() {
     }
     let twice =
         MAP.replace("set: { estimator.semantic_noise_scale: 2 } }", "}\n  - { rows: [viewpoint_dependent] }");
-    run(&scene, &twice, &[]).expect(2, &["viewpoint_dependent", "two models"]);
+    let told = run(&scene, &twice, &[]);
+    told.expect(2, &["viewpoint_dependent", "two models"]);
+    assert!(!told.stderr.contains("cells"), "{}", told.stderr);
     assert!(!scene.path("out").exists());
 }

@@ -92,8 +92,12 @@ fn trajectories_of_another_are_scored_as_ours_are_whatever_their_frame() {
 fn where_no_robot_drives_no_trajectory_is_scored() {
     let scene = vantage_tests::root().join("scenes/turntable.yaml");
     let folder = tempfile::tempdir().unwrap();
-    let mut command = vantage_tests::bench();
-    command.arg(scene).args(["--renderer", "reference", "--trajectories"]).arg(folder.path());
-    command.arg("--cache").arg(folder.path().join("cache")).arg("--out").arg(folder.path().join("out"));
-    Finished::of(&mut command).expect(2, &["no robot drives"]);
+    let command = || {
+        let mut command = vantage_tests::bench();
+        command.arg(&scene).args(["--renderer", "reference"]);
+        command.arg("--cache").arg(folder.path().join("cache")).arg("--out").arg(folder.path().join("out"));
+        command
+    };
+    Finished::of(command().arg("--trajectories").arg(folder.path())).expect(2, &["no robot drives"]);
+    Finished::of(command().arg("--associate")).expect(2, &["no robot drives", "--associate"]);
 }

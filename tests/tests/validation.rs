@@ -1,5 +1,6 @@
 //! `bench calibrate` and `bench headroom`: settings tried on validation objects.
 
+use vantage_eval::result::results_file::Results;
 use vantage_tests::{Finished, SmallScene, bench, root};
 
 fn on(scene: &SmallScene, command: &str, more: &[&str]) -> Finished {
@@ -76,7 +77,8 @@ fn what_gives_no_trajectory_is_refused_with_a_remedy() {
     on(&scene, "calibrate", &["1", "--model", "nowhere"]).expect(2, &["nowhere", "--model"]);
 }
 
-const RIVALS: &str = "estimator: { rows: [geometric, gaussian_process, azimuth_head, discrete_class] }";
+const RIVALS: &str =
+    "estimator: { rows: [geometric, gaussian_process, azimuth_head, discrete_class, ideal_azimuth] }";
 
 #[test]
 fn rivals_run_and_are_calibrated_where_a_scene_names_them() {
@@ -85,6 +87,10 @@ fn rivals_run_and_are_calibrated_where_a_scene_names_them() {
     ran.expect(0, &[]);
     let names = ["gaussian_process", "azimuth_head", "discrete_class"];
     assert!(names.iter().all(|name| ran.stdout.contains(name)), "{}", ran.stdout);
+    let results = Results::read(&scene.path("out/scenes/small")).unwrap();
+    assert_eq!(results.table("trajectory").unwrap().runs_of("ideal_azimuth").len(), 2);
+    let beliefs = results.table("semantics").map(|table| table.methods().to_vec());
+    assert_eq!(beliefs, None, "an ideal sensor's latent is of no model");
     let told = on(&scene, "calibrate", &["2"]);
     told.expect(0, &[]);
     let classes = rows(&told.stdout, "Exponents");

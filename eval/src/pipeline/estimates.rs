@@ -267,6 +267,10 @@ fn answer(
             if method.row.frames_are_free() {
                 answer.objects.iter_mut().flatten().for_each(StoredObject::forget_frame);
             }
+            if method.row.reads_truth() {
+                // It is of no model.
+                answer.objects.iter_mut().flatten().for_each(|object| object.latent = None);
+            }
             Ok(answer)
         }
         Ok(Err(error @ EstimateError::Model(_))) => Ok(Answer::failed(error.to_string())),

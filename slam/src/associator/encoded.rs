@@ -275,3 +275,27 @@ impl EncodedReading {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_mixture_has_the_moments_of_its_parts() {
+        let of = |mean: f64, variance: f64| {
+            let precision = DVector::from_element(1, 1.0 / variance - 1.0);
+            LatentFactor { precision, weighted: DVector::from_element(1, mean / variance), constant: 0.0 }
+        };
+        let mixed = LatentFactor::mixture(&[of(0.3, 0.1), of(-0.1, 0.2)], &[0.0, libm::log(3.0)]);
+        let variance = 1.0 / (1.0 + mixed.precision[0]);
+        // Means 0.3 and -0.1 with shares of a quarter and three quarters.
+        assert_relative_eq!(mixed.weighted[0] * variance, 0.0, epsilon = 1e-12);
+        assert_relative_eq!(variance, 0.25 * (0.1 + 0.09) + 0.75 * (0.2 + 0.01), epsilon = 1e-12);
+        // Parts that are farther apart than the prior is wide tell nothing.
+        let apart = LatentFactor::mixture(&[of(2.0, 0.1), of(-2.0, 0.1)], &[0.0, 0.0]);
+        assert_eq!(apart.precision[0], 0.0);
+        let one = LatentFactor::mixture(&[of(0.3, 0.1)], &[-7.0]);
+        assert_relative_eq!(one.weighted[0], 3.0, epsilon = 1e-9);
+    }
+}

@@ -107,3 +107,15 @@ fn added_up(all: impl Iterator<Item = WeightedPartition>) -> Vec<WeightedPartiti
     partitions.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     partitions
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn estimates_of_one_partition_add_up() {
+        let of = |weight, object| WeightedPartition { weight, objects: vec![Some(0), object] };
+        let all = [of(0.4, None), of(0.35, Some(0)), of(0.25, Some(0))];
+        assert_eq!(added_up(all.into_iter()), [of(0.6, Some(0)), of(0.4, None)]);
+    }
+}

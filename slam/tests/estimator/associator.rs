@@ -4,7 +4,7 @@ use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use vantage_dataset::{Observations, Seed, Tracklets};
+use vantage_dataset::{Detection, Observations, Seed, Tracklets};
 use vantage_slam::association::Limits;
 use vantage_slam::associator::{
     Alternating, Association, AssociationSettings, Associator, Blind, Encoded, EncodedSettings, Heading,
@@ -140,6 +140,7 @@ fn a_likeness_turns_with_its_frames_and_knows_no_order() {
     let (tracklets, order) = Tracklets::joined(&world.observations, GAP);
     let truth = truth(&world.observations, &tracklets, &order);
     let encoded = Encoded::new(&model, LIKENESS);
+    let latents = Encoded::new(&model, EncodedSettings { side_exponent: 0.0, ..LIKENESS });
     let observations = tracklets.observations();
     let problem = Problem { observations, settings: &settings.geometry };
     let read = |tracklet: usize| {
@@ -160,7 +161,7 @@ fn a_likeness_turns_with_its_frames_and_knows_no_order() {
     let readings: Vec<_> =
         (0..tracklets.count()).map(read).filter(|(_, reading)| reading.is_some()).collect();
     let at = |yaw| Heading { yaw, variance: 0.0 };
-    let (mut same, mut other) = (0, 0);
+    let (mut of_same, mut of_other) = (Vec::new(), Vec::new());
     for (i, (a, first)) in readings.iter().enumerate() {
         assert!(encoded.log_ratio_of(&[(first, at(0.3))]).abs() < 1e-9);
         for (b, second) in &readings[..i] {
@@ -175,14 +176,55 @@ fn a_likeness_turns_with_its_frames_and_knows_no_order() {
                 let lost = Heading { yaw: 0.0, variance: 9.0 };
                 let unknown = encoded.log_ratio_of(&[(first, at(0.0)), (second, lost)]);
                 assert!(unknown < ratio, "object {a} by a lost robot: {unknown} for {ratio}");
-                same += 1;
+                let alone = |yaw| latents.log_ratio_of(&[(first, at(0.0)), (second, at(yaw))]);
+                assert!((alone(0.0) - alone(PI / 2.0)).abs() < 1e-9, "object {a}");
+                of_same.push(alone(0.0));
             } else {
                 assert!(ratio < -2.0, "objects {a} and {b}: {ratio}");
-                other += 1;
+                of_other.push(latents.log_ratio_of(&[(first, at(0.0)), (second, at(0.0))]));
             }
         }
     }
-    assert!(same >= 4 && other >= 20, "{same} and {other} pairs");
+    assert!(of_same.len() >= 4 && of_other.len() >= 20, "{} and {} pairs", of_same.len(), of_other.len());
+    let mean = |ratios: &[f64]| ratios.iter().sum::<f64>() / ratios.len() as f64;
+    assert!(mean(&of_same) > mean(&of_other) + 0.3, "latents alone: {of_same:?} {of_other:?}");
+}
+
+#[test]
+fn a_tracklet_of_one_sighting_is_charged_once_and_when_it_has_ended() {
+    let spec = WorldSpec::sparse_loop();
+    let estimator = matching_settings(&spec);
+    let mut seen = World::new(&spec, None, Seed(1)).observations;
+    let odds = |seen: &Observations, single: f64| {
+        let own = AssociationSettings { single, clutter: 0.5, ..settings(&spec) };
+        let (association, _) = associate(&Hypothesizing::new(&estimator, own, Blind), seen);
+        let weight = |is_object: bool| -> f64 {
+            let all = association.hypotheses.iter().filter(|h| h.objects[0].is_some() == is_object);
+            all.map(|hypothesis| hypothesis.weight).sum()
+        };
+        weight(true) / weight(false)
+    };
+    let ratio = |seen: &Observations| odds(seen, 0.3) / odds(seen, 0.1);
+    let whole: Vec<Detection> = (seen.detections.iter())
+        .filter(|detection| !detection.bounding_box.is_truncated(&seen.camera))
+        .cloned()
+        .collect();
+    seen.detections = whole[..1].to_vec();
+    assert!((ratio(&seen) - 3.0).abs() < 1e-6, "{}", ratio(&seen));
+    seen.detections = whole[whole.len() - 1..].to_vec();
+    assert_eq!(seen.detections[0].step + 1, seen.steps(), "it is seen at the last step");
+    assert!((ratio(&seen) - 1.0).abs() < 1e-6, "{}", ratio(&seen));
+}
+
+#[test]
+fn a_robot_without_odometry_is_told() {
+    let spec = WorldSpec::sparse_loop();
+    let estimator = matching_settings(&spec);
+    let mut seen = World::new(&spec, None, Seed(1)).observations;
+    seen.odometry.retain(|odometry| odometry.to != 5);
+    let (tracklets, _) = Tracklets::joined(&seen, GAP);
+    let told = Hypothesizing::new(&estimator, settings(&spec), Blind).associate(&tracklets).unwrap_err();
+    assert_eq!(told, EstimateError::Unreached { step: 5 });
 }
 
 #[test]
