@@ -202,11 +202,9 @@ impl Likeness for Encoded<'_> {
         }
         let of_latents: Vec<f64> =
             latents.iter().map(|latent| self.settings.latent_exponent * latent.log_evidence()).collect();
-        let with_sides: Vec<f64> =
-            of_latents.iter().zip(&sides).map(|(latent, side)| latent + side).collect();
+        let with_sides = log_mean(of_latents.iter().zip(&sides).map(|(latent, side)| latent + side));
         let any_yaw = LatentFactor::mixture(&latents, &of_latents);
-        let alone =
-            [log_mean(with_sides.iter().copied()), self.settings.latent_exponent * any_yaw.log_evidence()];
+        let alone = [with_sides, self.settings.latent_exponent * any_yaw.log_evidence()];
         Ok(Some(EncodedReading { latents, sides, any_yaw, alone }))
     }
 

@@ -1,12 +1,15 @@
 //! The command line of `bench`.
 
 mod choice;
+mod loudness;
+mod stages;
 
 use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice, TablesChoice};
+pub use loudness::LoudnessArgs;
+pub use stages::{MakingArgs, StageArgs};
 
 use super::help::{EXAMPLES, EXIT_CODES};
-use crate::progress::Loudness;
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
@@ -26,27 +29,6 @@ pub struct Cli {
     /// How much is said.
     #[command(flatten)]
     pub loudness: LoudnessArgs,
-}
-
-/// How much is said on standard error.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
-pub struct LoudnessArgs {
-    /// Says nothing of progress.
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
-    pub quiet: bool,
-    /// Says all there is: why each run failed, how long each stage took.
-    #[arg(short, long, global = true)]
-    pub verbose: bool,
-}
-
-impl From<LoudnessArgs> for Loudness {
-    fn from(args: LoudnessArgs) -> Self {
-        match (args.quiet, args.verbose) {
-            (true, _) => Self::Quiet,
-            (_, true) => Self::Verbose,
-            _ => Self::Usual,
-        }
-    }
 }
 
 /// What `bench` does.
@@ -347,40 +329,6 @@ pub struct ManArgs {
     /// A command, in place of the whole program.
     #[arg(value_name = "COMMAND", value_parser = command_name)]
     pub command: Option<String>,
-}
-
-/// Options of every command that renders.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct MakingArgs {
-    /// Folder of intermediate results, which a second run takes up, and of what comes with the program.
-    #[arg(long, value_name = "DIR", default_value = "cache")]
-    pub cache: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t)]
-    pub renderer: RendererChoice,
-}
-
-/// Options of every command that runs all stages.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct StageArgs {
-    /// Where from, and what renders.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub making: MakingArgs,
-    /// Trains the model from scratch instead of taking the one that comes with the scene (`--features train`).
-    #[arg(long, conflicts_with = "model")]
-    pub train: bool,
-    /// Folder of a trained model, or its name (`bench list`); its row has that name. May be given more than once.
-    #[arg(long, value_name = "DIR")]
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub model: Vec<PathBuf>,
-    /// Seeds 0 to N - 1 instead of those of the scene.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
-    pub seeds: Option<u64>,
-    /// Folder of another estimator's trajectories, `<seed>.tum` each; its row has the folder's name. May be given more than once.
-    #[arg(long, value_name = "DIR")]
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub trajectories: Vec<PathBuf>,
 }
 
 #[cfg(test)]
