@@ -13,6 +13,7 @@
 //! | `p(m(z) \| c, x_rel)` of Eq. 8 | [`ClassModel`] |
 //! | `p(m(z') \| z, e, Delta X)` of Eq. 15 | [`PairModel`], [`PairLinearization`] |
 //! | an azimuth read off `z` alone | [`AzimuthSensor`] |
+//! | numbers by which crops are compared | [`Embedding`] |
 //! | `N(e; mean, variance)`, and products of them | [`LatentGaussian`], [`Information`] |
 //! | derivatives of `h` to `e` and to the camera's pose | [`Linearization`], [`ViewpointDerivative`] |
 //! | `W`, `nu` | [`MeasurementNoise`] |
@@ -23,6 +24,7 @@
 
 mod azimuth_sensor;
 mod class_model;
+mod embedding;
 mod error;
 mod latent_gaussian;
 pub mod linearization;
@@ -34,6 +36,7 @@ pub mod student_t;
 
 pub use azimuth_sensor::{AzimuthReading, AzimuthSensor};
 pub use class_model::ClassModel;
+pub use embedding::Embedding;
 pub use error::AnswerError;
 pub use latent_gaussian::{Information, LatentGaussian};
 pub use linearization::{Linearization, ViewpointDerivative};

@@ -127,7 +127,7 @@ fn results_of_maps_are_of_the_maps_as_they_are_and_are_drawn_so() {
 fn scenes_that_serve_studies_and_maps_alone_are_scenes() {
     let views = files("studies/views");
     views.iter().for_each(|path| drop(scene(path)));
-    assert_eq!(views.len(), 9);
+    assert_eq!(views.len(), 10);
 }
 
 #[test]

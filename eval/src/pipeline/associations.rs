@@ -3,6 +3,7 @@
 //! What our associators make of a seed is cached, times included.
 
 use super::associator_row::{AssociatorRow, Looks, Told};
+use super::embedding::embedding;
 use super::estimates::PANICKED;
 use super::readouts::readouts;
 use super::{EpisodeFolder, Method, Pipeline, SeedEpisode, StageError, code};
@@ -40,6 +41,8 @@ struct Inputs<'a> {
     models: Vec<&'a str>,
     /// What identifies the views that the read-outs are fitted on.
     readouts: Option<&'a str>,
+    /// What identifies the embedding.
+    embedding: &'a [String],
     spec: &'a EstimatorSpec,
     detector: &'a DetectorSpec,
 }
@@ -83,16 +86,25 @@ pub fn associations(
         .first()
         .map(|method| Ok::<_, StageError>((method.model, readouts(pipeline, &method.model.model)?)));
     let reader = reader.transpose()?;
-    let looks = reader.as_ref().map(|(model, (readouts, _))| Looks { model: model.viewing(), readouts });
+    let embedding = reader.is_some().then(|| embedding(pipeline)).transpose()?;
+    let looks = reader.as_ref().zip(embedding.as_ref()).map(|((model, (readouts, _)), embedding)| Looks {
+        model: model.viewing(),
+        readouts,
+        embedding: embedding.readout(),
+    });
+    let embedded_by = embedding.as_ref().map_or(&[] as &[_], |embedding| &embedding.identity);
     let fitted_on = reader.as_ref().map(|(_, (_, seal))| seal.as_str());
     let mut answers = Vec::with_capacity(episodes.len());
     for (seed, episode) in episodes {
         let of_seed = match episode {
             Ok(episode) => {
-                let key = key(pipeline, episode, methods, fitted_on)?;
+                let key = key(pipeline, episode, methods, (fitted_on, embedded_by))?;
                 let given = OnceCell::new();
                 let mut of_seed: Vec<Result<Associated, String>> = pipeline.cache.json(&key, FILE, || {
-                    Given::once(&given, *seed, episode)?.own(pipeline, looks, methods)
+                    let given = Given::once(&given, *seed, episode)?;
+                    let instances = || given.truth.objects.iter().map(|object| object.instance);
+                    embedding.iter().try_for_each(|embedding| embedding.check_unseen(instances()))?;
+                    given.own(pipeline, looks, methods)
                 })?;
                 if !entries.is_empty() {
                     of_seed.extend(Given::once(&given, *seed, episode)?.others(pipeline, methods, entries)?);
@@ -111,7 +123,7 @@ fn key(
     pipeline: &Pipeline,
     episode: &EpisodeFolder,
     methods: &[Method<'_>],
-    readouts: Option<&str>,
+    (readouts, embedding): (Option<&str>, &[String]),
 ) -> Result<Key, StageError> {
     Ok(Key::new(
         "associations",
@@ -120,6 +132,7 @@ fn key(
             episode: &episode.seal,
             models: methods.iter().map(|method| method.model.model.hash()).collect(),
             readouts,
+            embedding,
             spec: &pipeline.file.estimator,
             detector: &pipeline.file.sensors.detector,
         },
@@ -258,7 +271,10 @@ impl Given {
             return Ok(Answered { tracklets, order, answer: Err("no row of a model".to_owned()) });
         };
         let detector = &pipeline.file.sensors.detector;
-        let associator = row.associator((told, &self.observations), &settings, detector, looks);
+        let Some(associator) = row.associator((told, &self.observations), &settings, detector, looks) else {
+            let reason = "too few validation views to say how near numbers of one object lie";
+            return Ok(Answered { tracklets, order, answer: Err(reason.to_owned()) });
+        };
         let answer = match catch_unwind(AssertUnwindSafe(|| associator.associate(&tracklets))) {
             Ok(Ok(association)) => Ok(association),
             Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Association { .. }))) => {

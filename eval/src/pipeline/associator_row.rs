@@ -2,14 +2,14 @@
 
 use std::fmt;
 use vantage_dataset::{Camera, Observations, Tracklets};
-use vantage_learn::readout::{ClassReadout, Readouts};
+use vantage_learn::readout::{ClassReadout, EmbeddingReadout, Readouts};
 use vantage_model::ObservationModel;
 use vantage_sim::scene::DetectorSpec;
 use vantage_slam::Settings;
 use vantage_slam::association::Limits;
 use vantage_slam::associator::{
-    Alternating, AssociationSettings, Associator, Blind, Classed, ClassedSettings, Encoded, EncodedSettings,
-    Hypothesizing, Separate, Weights,
+    Alternating, AssociationSettings, Associator, Blind, Classed, ClassedSettings, Embedded,
+    EmbeddedSettings, Encoded, EncodedSettings, Hypothesizing, Separate, Weights,
 };
 
 /// Steps without a detection after which an object has left the view.
@@ -38,6 +38,8 @@ pub struct Looks<'m> {
     pub model: &'m dyn ObservationModel,
     /// Classes read off its measurement.
     pub readouts: &'m Readouts,
+    /// Numbers by which crops are compared; `None` where too few validation views say how.
+    pub embedding: Option<EmbeddingReadout<'m>>,
 }
 
 /// An associator.
@@ -51,6 +53,8 @@ pub enum AssociatorRow {
     Greedy,
     /// The same, with the model's latents beside geometry.
     GreedyLatents,
+    /// The same, with a contrastive embedding in their place.
+    GreedyEmbedding,
     /// Expectation maximisation by geometry and latents.
     Em,
     /// A max-mixture with a null hypothesis, by geometry and latents.
@@ -88,11 +92,12 @@ impl Told {
 
 impl AssociatorRow {
     /// All, in the order of the table.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Separate,
         Self::Nearest,
         Self::Greedy,
         Self::GreedyLatents,
+        Self::GreedyEmbedding,
         Self::Em,
         Self::MaxMixture,
         Self::Hypotheses,
@@ -101,14 +106,14 @@ impl AssociatorRow {
         Self::HypothesesViews,
     ];
 
-    /// The associator of what is seen, with an estimator's settings, a detector and what reads crops.
+    /// The associator of what is seen, with an estimator's settings, a detector and what reads crops; `None` without what it reads them by.
     pub fn associator<'m>(
         self,
         (told, seen): (Told, &Observations),
         settings: &Settings,
         detector: &DetectorSpec,
         looks: Looks<'m>,
-    ) -> Box<dyn Associator + 'm> {
+    ) -> Option<Box<dyn Associator + 'm>> {
         let default = AssociationSettings::default();
         let is_carried = seen.set_down().next().is_some();
         let hypotheses = if is_carried { HYPOTHESES_OF_PLACES } else { told.hypotheses() };
@@ -120,11 +125,15 @@ impl AssociatorRow {
         let latents =
             Encoded::new(looks.model, EncodedSettings { side_exponent: 0.0, ..EncodedSettings::default() });
         let classes = ClassReadout::new(looks.model, &looks.readouts.classes);
-        match self {
+        Some(match self {
             Self::Separate => Box::new(Separate),
             Self::Nearest => Box::new(Hypothesizing::new(settings, nearest, Blind)),
             Self::Greedy => Box::new(Hypothesizing::new(settings, greedy, Blind)),
             Self::GreedyLatents => Box::new(Hypothesizing::new(settings, greedy, latents)),
+            Self::GreedyEmbedding => {
+                let embedded = Embedded::new(looks.embedding?, EmbeddedSettings::default());
+                Box::new(Hypothesizing::new(settings, greedy, embedded))
+            }
             Self::Em => Box::new(Alternating::new(settings, nearest, latents, Weights::Expected)),
             Self::MaxMixture => Box::new(Alternating::new(settings, nearest, latents, Weights::Largest)),
             Self::Hypotheses => Box::new(Hypothesizing::new(settings, own, Blind)),
@@ -134,7 +143,7 @@ impl AssociatorRow {
             }
             Self::HypothesesLatents => Box::new(Hypothesizing::new(settings, own, latents)),
             Self::HypothesesViews => Box::new(Hypothesizing::new(settings, own, views)),
-        }
+        })
     }
 }
 
@@ -161,6 +170,7 @@ impl fmt::Display for AssociatorRow {
             Self::Nearest => "nearest",
             Self::Greedy => "greedy",
             Self::GreedyLatents => "greedy_latents",
+            Self::GreedyEmbedding => "greedy_embedding",
             Self::Em => "em",
             Self::MaxMixture => "max_mixture",
             Self::Hypotheses => "hypotheses",

@@ -5,7 +5,7 @@ use crate::progress::Progress;
 use crate::result::output_folder::OutputError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use vantage_dataset::store::{Cache, Entry, Key, Origin};
 
@@ -15,6 +15,7 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 24 * 3600);
 /// A cache that tells of waiting and of damage.
 pub struct StageCache {
     cache: Cache,
+    folder: PathBuf,
     progress: Progress,
 }
 
@@ -24,7 +25,12 @@ impl StageCache {
         let waiting = progress.clone();
         let cache = Cache::open(folder)?.on_wait(move |holder| waiting.note(&holder.to_string()));
         cache.remove_abandoned_work(ABANDONED_AFTER)?;
-        Ok(Self { cache, progress: progress.clone() })
+        Ok(Self { cache, folder: folder.to_owned(), progress: progress.clone() })
+    }
+
+    /// Where it lies.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// The entry of a key, built where the cache has none; a damaged one is set aside and told of.

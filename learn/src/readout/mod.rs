@@ -1,19 +1,22 @@
-//! Read-outs of the reduced measurement `m(z)`, fitted on labelled views of instances that the model has not seen: what a
-//! supervised feature is worth without the paper's latent.
+//! Read-outs of what a model makes of single crops, fitted on labelled views of instances that it has not seen: what a supervised
+//! feature is worth without the paper's latent.
 //!
 //! | symbol | here |
 //! |---|---|
 //! | `p(azimuth \| m(z))`, stage 1's head | [`AzimuthReadout`] |
 //! | `p(m(z) \| c, x_rel)` of Eq. 8 | [`ClassReadout`] |
+//! | an embedding's covariances within and between objects | [`EmbeddingReadout`] |
 //!
 //! Noise is fitted to the errors of a read-out of the other half of the instances.
 
 mod azimuth;
 mod class;
+mod embedding;
 mod softmax;
 
 pub use azimuth::{AzimuthReadout, AzimuthWeights};
 pub use class::{ClassReadout, ClassWeights};
+pub use embedding::{EmbeddingReadout, EmbeddingWeights};
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};

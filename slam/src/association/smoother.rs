@@ -250,7 +250,7 @@ impl<'m> SharedSmoother<'m> {
         Ok(due.is_empty())
     }
 
-    /// Solves all from some values by Levenberg and Marquardt: steps of Gauss and Newton did not settle.
+    /// Solves all from some values by Levenberg and Marquardt: steps of Gauss and Newton did not settle, or met what nothing fixes.
     fn solve_all(&mut self, start: Shared<Variable>) -> Result<(), Unsolved> {
         let mut values = Values::default();
         start.iter().for_each(|variable| values.insert(variable.key, variable.value.clone()));
@@ -261,6 +261,7 @@ impl<'m> SharedSmoother<'m> {
             (held.base, held.value) = (value.clone(), value.clone());
             self.tree.reset(variable);
         }
+        self.tree.forget();
         (0..self.factors.len()).for_each(|index| self.relinearize(index));
         self.step().map(|_| ())
     }
@@ -292,11 +293,10 @@ impl<'m> LocalEstimator<'m> for SharedSmoother<'m> {
 
     fn update(&mut self) -> Result<(), Unsolved> {
         let before = self.variables.clone();
-        for round in 0..self.thresholds.rounds {
+        for _ in 0..self.thresholds.rounds {
             match self.step() {
                 Ok(true) => return Ok(()),
                 Ok(false) => {}
-                Err(error) if round == 0 => return Err(error),
                 // Whole steps led to where nothing is fixed.
                 Err(_) => break,
             }

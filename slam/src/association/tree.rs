@@ -142,7 +142,15 @@ impl Tree {
         self.nodes[node].as_ref()
     }
 
-    /// Factorises what changed. After an error the tree is of no use.
+    /// Forgets the factorisation: all is to be factorised anew.
+    pub fn forget(&mut self) {
+        (self.nodes, self.free, self.roots) = (Shared::default(), Vec::new(), Vec::new());
+        (self.gain, self.log_det) = (0.0, 0.0);
+        (0..self.variables.len()).for_each(|variable| self.variables.get_mut(variable).node = NONE);
+        self.touched = (0..self.variables.len()).collect();
+    }
+
+    /// Factorises what changed. After an error the tree is of no use until it [forgets](Self::forget).
     pub fn factorize(&mut self) -> Result<(), Indefinite> {
         if self.touched.is_empty() {
             return Ok(());

@@ -10,11 +10,13 @@
 //! Latents alone count as if each tracklet had a yaw of its own: its latent is then a mixture over the yaws, which is taken for the Gaussian of
 //! equal mean and variances.
 //!
-//! Of objects that are not the same a share `c` are copies: their latents are one, and their yaws are not. With `r` the ratio of latents alone,
-//! the ratio of all is divided by `1 - c + c r`. So latents add no more than `-log c` to what tells that objects are the same.
+//! Of objects that are not the same a share `c` are copies: their latents are one, and their yaws are not. With `r` the ratio of latents alone
+//! to each further tracklet, the ratio of all is divided by `1 - c + c r` for each. So of what tells that tracklets are of one object, latents
+//! add no more than `-log c` for each beyond the first.
 
+use super::copies::less_copies;
 use super::likeness::{Heading, Likeness};
-use super::view::{View, YAWS, log_mean, log_sum, measured, views, yaws};
+use super::view::{View, YAWS, log_mean, measured, views, yaws};
 use crate::noise::Kernel;
 use crate::problem::Problem;
 use crate::semantics::unless_non_finite;
@@ -237,7 +239,7 @@ impl Likeness for Encoded<'_> {
             latent_exponent * log + sum.sides[k]
         };
         let all = if side_exponent == 0.0 { latents } else { log_mean((0..YAWS).map(under)) - sum.alone[0] };
-        all - log_sum(libm::log(1.0 - copies), libm::log(copies) + latents)
+        less_copies(all, latents, (sum.count, copies))
     }
 }
 

@@ -4,6 +4,8 @@
 
 mod alternating;
 mod classed;
+mod copies;
+mod embedded;
 mod encoded;
 mod hypothesizing;
 mod likeness;
@@ -18,6 +20,7 @@ mod view;
 
 pub use alternating::{Alternating, Weights};
 pub use classed::{Classed, ClassedSettings};
+pub use embedded::{Embedded, EmbeddedSettings};
 pub use encoded::{Encoded, EncodedSettings};
 pub use hypothesizing::{AssociationSettings, Hypothesizing};
 pub use likeness::{Blind, Heading, Likeness};

@@ -8,6 +8,8 @@ use vantage_dataset::Pose;
 use vantage_dataset::se3::hat;
 
 const SMALL_SINE: f64 = 1e-4;
+/// A camera is never nearer to an object's centre, metres: there any bearing could be had.
+const NEAREST: f64 = 0.01;
 
 /// The angle from the measured ray to the object, as a vector of the ray's tangent plane, whitened.
 ///
@@ -63,7 +65,7 @@ impl BearingFactor {
         let off = self.tangent * unit;
         let (sine, cosine) = (off.norm(), self.ray.dot(&unit));
         let antipodal = sine < SMALL_SINE && cosine < 0.0;
-        (distance > 1e-9 && !antipodal).then_some(Direction { distance, unit, off, sine, cosine })
+        (distance > NEAREST && !antipodal).then_some(Direction { distance, unit, off, sine, cosine })
     }
 }
 

@@ -5,12 +5,13 @@
 //! the median of the object's size over the box side at the object's distance. Then the fit by maximum marginal likelihood of
 //! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`, and what each makes of `geometric`.
 //!
+//! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they
+//! promise.
+//!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
 //! its place, without the objects that the model does not know by an `estimator.unknown_margin`. Likewise of the rows beside a model's that the scene
 //! names: `gaussian_process`, whose hyper-parameters of most marginal likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last
 //! with the discrepancy, too.
-//!
-//! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they promise.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
@@ -23,7 +24,7 @@ use super::{Trial, columns, estimated, evidence, open, print, trials};
 use crate::command::cli::CalibrateArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::pipeline::{StageError, chosen_model, model};
+use crate::pipeline::{StageError, chosen_model, embedding, model};
 use crate::result::metric::Metric;
 use crate::result::statistics::{Mean, quantile};
 use crate::scene_file::row::Row;
@@ -82,6 +83,16 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     }
     print(stdout, &head("Row"), rows)?;
 
+    let embedding = embedding(&pipeline)?;
+    let (reader, readout) = (loaded.reader(), embedding.readout());
+    let [losses, reliability] = likeness_rows(&trials, &geometric, &settings.geometry, &reader, readout)
+        .map_err(|error| StageError::from(EstimateError::Model(error)))?;
+    writeln!(stdout, "\npairs of tracklets: log loss at even odds, nats")?;
+    print(stdout, &["Exponents", "Of one object", "Of one family", "Of two families"], losses)?;
+    writeln!(stdout, "\npairs of tracklets, by the default exponents and at the odds that pairs have")?;
+    print(stdout, &["Probability of one object", "Pairs", "Promised", "Of one object"], reliability)?;
+    writeln!(stdout)?;
+
     let mut rows = vec![row("geometric", &geometric)?];
     for scale in SCALES {
         settings.semantics.information_scale = scale;
@@ -125,13 +136,6 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         }
     }
     print(stdout, &head("Scale"), rows)?;
-
-    let [losses, reliability] = likeness_rows(&trials, &geometric, &settings.geometry, &loaded.reader())
-        .map_err(|error| StageError::from(EstimateError::Model(error)))?;
-    writeln!(stdout, "\npairs of tracklets: log loss at even odds, nats")?;
-    print(stdout, &["Exponents", "Of one object", "Of one family", "Of two families"], losses)?;
-    writeln!(stdout, "\npairs of tracklets, by the default exponents and at the odds that pairs have")?;
-    print(stdout, &["Probability of one object", "Pairs", "Promised", "Of one object"], reliability)?;
     Ok(Exit::Success)
 }
 

@@ -5,9 +5,11 @@ use crate::pipeline::Told;
 use crate::scene_file::row::Reader;
 use rayon::prelude::*;
 use vantage_dataset::InstanceId;
-use vantage_learn::readout::ClassReadout;
+use vantage_learn::readout::{ClassReadout, EmbeddingReadout};
 use vantage_model::AnswerError;
-use vantage_slam::associator::{Classed, ClassedSettings, Encoded, EncodedSettings, Heading, Likeness};
+use vantage_slam::associator::{
+    Classed, ClassedSettings, Embedded, EmbeddedSettings, Encoded, EncodedSettings, Heading, Likeness,
+};
 use vantage_slam::problem::Problem;
 use vantage_slam::sighting::Sighting;
 use vantage_slam::variable::{Key, Value, Values};
@@ -18,6 +20,8 @@ const EXPONENTS: [[f64; 2]; 7] =
     [[0.05, 0.2], [0.1, 0.2], [0.2, 0.2], [0.4, 0.2], [0.1, 0.0], [0.1, 0.1], [0.1, 0.4]];
 /// Exponents of classes that are tried.
 const CLASS_EXPONENTS: [f64; 4] = [0.1, 0.2, 0.4, 1.0];
+/// Exponents of an embedding that are tried.
+const EMBEDDING_EXPONENTS: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 1.0];
 /// Bounds of the probabilities that are told together.
 const BOUNDS: [f64; 7] = [0.0, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0];
 
@@ -46,6 +50,7 @@ pub fn likeness_rows(
     estimates: &[(Estimate, f64)],
     geometry: &GeometrySettings,
     reader: &Reader<'_>,
+    embedding: Option<EmbeddingReadout<'_>>,
 ) -> Result<[Vec<Vec<String>>; 2], AnswerError> {
     let shown: Vec<Shown> = (trials.iter().zip(estimates).enumerate())
         .flat_map(|(number, (trial, (estimate, _)))| tracklets(number, trial, estimate))
@@ -66,6 +71,12 @@ pub fn likeness_rows(
         let classes = ClassReadout::new(reader.model, &readouts.classes);
         let classed = Classed::new(classes, ClassedSettings { exponent, ..ClassedSettings::default() });
         losses.push(Pairs::of(&shown, trials, geometry, &classed)?.losses(format!("class {exponent}")));
+    }
+    for exponent in EMBEDDING_EXPONENTS {
+        let Some(embedding) = embedding else { break };
+        let embedded = Embedded::new(embedding, EmbeddedSettings { exponent, ..EmbeddedSettings::default() });
+        let pairs = Pairs::of(&shown, trials, geometry, &embedded)?;
+        losses.push(pairs.losses(format!("embedding {exponent}")));
     }
     Ok([losses, kept.map_or_else(Vec::new, |pairs| pairs.reliability())])
 }
