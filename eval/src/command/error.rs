@@ -6,6 +6,7 @@ use super::import::error::ImportRefusal;
 use super::look::error::LookError;
 use super::models::error::Refused;
 use super::scene::error::RunError;
+use super::score::error::ScoreError;
 use super::source::error::SourceError;
 use super::validation::error::ValidationError;
 use crate::exit::{Ends, Exit};
@@ -72,6 +73,7 @@ errors! {
     Render(RenderError) "{0}";
     Model(ModelError) "{0}";
     Refused(Refused) "{0}";
+    Score(ScoreError) "{0}";
     Answer(AnswerError) "observation model: {0}";
     Figure(FigureError) "{0}";
     Entry(EntryError) "{0}";

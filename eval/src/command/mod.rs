@@ -20,6 +20,7 @@ pub mod no_display;
 mod places;
 pub mod run;
 mod scene;
+mod score;
 mod shell;
 pub mod source;
 #[cfg(feature = "train")]
@@ -38,6 +39,7 @@ pub use look::look;
 pub use map::{MAP_FILE, map, map_pages};
 pub use models::models;
 pub use scene::bench;
+pub use score::score;
 pub use shell::{completions, man};
 #[cfg(feature = "train")]
 pub use study::study;

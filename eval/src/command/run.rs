@@ -27,6 +27,7 @@ pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Look(args)) => super::look(args, stdout),
         Some(Command::Map(args)) => super::map(args, stdout),
         Some(Command::Models(args)) => super::models(args, stdout),
+        Some(Command::Score(args)) => super::score(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Study(args)) => super::study(args, stdout),
         #[cfg(feature = "train")]

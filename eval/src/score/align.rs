@@ -1,7 +1,20 @@
-//! The SE(3) alignment of two point sets in the least-squares sense (Umeyama 1991, without scale).
+//! The alignment of two point sets in the least-squares sense, with and without scale (Umeyama 1991).
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use vantage_dataset::Pose;
+
+/// What lays points on their counterparts with least squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Similarity {
+    /// `a_from_b` without scale.
+    pub rigid: Pose,
+    /// The scale of `b` that leaves least.
+    pub scale: f64,
+    /// `a_from_b` of points that were scaled by it.
+    pub scaled: Pose,
+    /// Directions that the points span, from 0 in one place to 3; below 2 others are as good.
+    pub rank: usize,
+}
 
 /// A rigid transform `T` of least `sum |x_in_a - T x_in_b|^2`: one of many that are as good where the points lie on a line or in one
 /// place. `None` for no points, and for points that are not finite.
@@ -9,11 +22,20 @@ use vantage_dataset::Pose;
 /// # Panics
 /// If the sets differ in size.
 pub fn umeyama(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Option<Pose> {
+    Some(similarity(in_a, in_b)?.rigid)
+}
+
+/// Likewise, with the scale.
+///
+/// # Panics
+/// If the sets differ in size.
+pub fn similarity(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Option<Similarity> {
     assert_eq!(in_a.len(), in_b.len(), "each point needs its counterpart");
     let n = in_a.len() as f64;
-    // Means, Eq. 34 and 35; covariance, Eq. 38.
+    // Means, Eq. 34 and 35; variance, Eq. 36; covariance, Eq. 38.
     let mean_a = in_a.iter().sum::<Vector3<f64>>() / n;
     let mean_b = in_b.iter().sum::<Vector3<f64>>() / n;
+    let variance = in_b.iter().map(|b| (b - mean_b).norm_squared()).sum::<f64>() / n;
     let covariance: Matrix3<f64> =
         in_a.iter().zip(in_b).map(|(a, b)| (a - mean_a) * (b - mean_b).transpose()).sum::<Matrix3<f64>>() / n;
     if !covariance.iter().all(|x| x.is_finite()) {
@@ -31,7 +53,11 @@ pub fn umeyama(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Option<Pose> {
     }
     let rotation =
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(u * s * v_transposed));
-    Some(Pose::from_parts((mean_a - rotation * mean_b).into(), rotation))
+    // Eq. 42 and 41.
+    let scale = (Matrix3::from_diagonal(&values) * s).trace() / variance;
+    let laid = |scale: f64| Pose::from_parts((mean_a - rotation * mean_b * scale).into(), rotation);
+    let rank = values.iter().filter(|value| **value > f64::EPSILON * values.max().max(1.0)).count();
+    Some(Similarity { rigid: laid(1.0), scale, scaled: laid(scale), rank })
 }
 
 #[cfg(test)]

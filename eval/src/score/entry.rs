@@ -188,7 +188,8 @@ fn lost(error: &TumError) -> bool {
     }
 }
 
-fn text(path: &Path) -> io::Result<String> {
+/// The text of a regular file.
+pub(crate) fn text(path: &Path) -> io::Result<String> {
     let bytes = read_regular(path, LARGEST_FILE)?;
     String::from_utf8(bytes).map_err(|_| io::Error::new(ErrorKind::InvalidData, "it is not UTF-8 text"))
 }

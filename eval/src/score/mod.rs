@@ -1,6 +1,7 @@
 //! Scores: estimate x truth -> a number, or `None` where the number is undefined. Never NaN.
 
 pub mod align;
+pub mod alignment;
 pub mod association;
 pub mod association_entry;
 pub mod ate;
@@ -25,6 +26,7 @@ pub mod object;
 pub mod online;
 pub mod pairs;
 pub mod pca;
+pub mod pose_error;
 pub mod psnr;
 pub mod relocation;
 pub mod retrieval;

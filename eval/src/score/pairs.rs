@@ -1,6 +1,7 @@
 //! The true and the estimated pose of each step, which trajectory scores compare.
 
 use crate::exit::{Ends, Exit};
+use crate::result::trajectory::Trajectory;
 use thiserror::Error;
 use vantage_dataset::Pose;
 use vantage_dataset::se3::is_finite;
@@ -58,6 +59,21 @@ impl Pairs {
             }
         }
         Ok(Self { truth: truth.to_vec(), estimate: estimate.to_vec() })
+    }
+
+    /// The poses nearest in time, for each pose of the shorter trajectory (the estimate where both are as long), within so many seconds, as evo
+    /// associates: a pose of the longer one may serve twice.
+    pub fn by_time(truth: &Trajectory, estimate: &Trajectory, max_difference: f64) -> Self {
+        let mut pairs = Self { truth: Vec::new(), estimate: Vec::new() };
+        let estimate_longer = estimate.len() > truth.len();
+        let (short, long) = if estimate_longer { (truth, estimate) } else { (estimate, truth) };
+        for (i, &time) in short.timestamps().iter().enumerate() {
+            let Some(j) = nearest(long.timestamps(), time, max_difference) else { continue };
+            let (t, e) = if estimate_longer { (i, j) } else { (j, i) };
+            pairs.truth.push(truth.world_from_robot()[t]);
+            pairs.estimate.push(estimate.world_from_robot()[e]);
+        }
+        pairs
     }
 
     /// `world_from_robot`, true.

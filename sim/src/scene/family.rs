@@ -40,11 +40,13 @@ pub enum Family {
     DeskLamp,
     /// A bath duck.
     Duck,
+    /// One to six parts of any shape, anyhow joined: an instance tells nothing of another's front.
+    Composite,
 }
 
 impl Family {
     /// All families.
-    pub const ALL: [Family; 16] = [
+    pub const ALL: [Family; 17] = [
         Family::Carton,
         Family::Can,
         Family::Bottle,
@@ -61,6 +63,7 @@ impl Family {
         Family::Shoe,
         Family::DeskLamp,
         Family::Duck,
+        Family::Composite,
     ];
 
     /// The name used in scene files, streams and tables.
@@ -82,6 +85,7 @@ impl Family {
             Family::Shoe => "shoe",
             Family::DeskLamp => "desk_lamp",
             Family::Duck => "duck",
+            Family::Composite => "composite",
         }
     }
 

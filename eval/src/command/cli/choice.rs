@@ -104,3 +104,11 @@ pub(super) fn command_name(name: &str) -> Result<String, String> {
     }
     Err(format!("there is no such command; expected one of {}", names.join(", ")))
 }
+
+/// A number above 0.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("expected a number above 0".to_owned()),
+    }
+}

@@ -4,12 +4,15 @@ mod choice;
 mod loudness;
 mod stages;
 
-use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice, TablesChoice};
+use choice::{command_name, positive};
 pub use loudness::LoudnessArgs;
 pub use stages::{MakingArgs, StageArgs};
 
 use super::help::{EXAMPLES, EXIT_CODES};
+use crate::score::alignment::Alignment;
+use crate::score::pairs::MAX_TIME_DIFFERENCE;
+use crate::score::pose_error::Unit;
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
@@ -56,6 +59,8 @@ pub enum Command {
     Map(MapArgs),
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
     Models(ModelsArgs),
+    /// Tells how far two trajectories are apart, as evo does: APE and RPE.
+    Score(ScoreArgs),
     /// Trains models in several ways on the same views and compares them (`--features train`).
     Study(StudyArgs),
     /// Trains the scene's model from scratch (`--features train`).
@@ -289,6 +294,35 @@ pub struct ModelsArgs {
     /// Folder of intermediate results: a model that comes with the program is laid out in it.
     #[arg(long, value_name = "DIR", default_value = "cache")]
     pub cache: PathBuf,
+}
+
+/// `bench score TRUTH ESTIMATE`: how far two trajectories are apart.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ScoreArgs {
+    /// The true trajectory: a TUM file.
+    #[arg(value_name = "TRUTH")]
+    pub truth: PathBuf,
+    /// The estimated one.
+    #[arg(value_name = "ESTIMATE")]
+    pub estimate: PathBuf,
+    /// What of the estimate's frame is free.
+    #[arg(long, value_enum, default_value_t)]
+    pub align: Alignment,
+    /// Of RPE: how far apart the two poses of a motion are.
+    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = positive)]
+    pub delta: f64,
+    /// In what `--delta` is counted.
+    #[arg(long, value_enum, default_value_t)]
+    pub unit: Unit,
+    /// Of RPE: motions from every pose, in place of one after the other.
+    #[arg(long)]
+    pub all_pairs: bool,
+    /// Poses so many seconds apart at most are of one time.
+    #[arg(long, value_name = "SECONDS", default_value_t = MAX_TIME_DIFFERENCE, value_parser = positive)]
+    pub max_difference: f64,
+    /// Prints JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.

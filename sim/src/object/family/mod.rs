@@ -2,13 +2,14 @@
 //!
 //! A family fixes a layout in a canonical frame (z up, front = +x, left = +y): where the label, the handle, the
 //! spout or the face is. Instances differ in proportions, colours, patterns and marks, and the layout itself varies
-//! by modest amounts, so that a viewpoint can be read off an instance that was never seen.
+//! by modest amounts, so that a viewpoint can be read off an instance that was never seen. Only composites have none.
 
 mod book;
 mod bottle;
 mod bowl;
 mod can;
 mod carton;
+mod composite;
 mod crate_box;
 mod desk_lamp;
 mod duck;
@@ -46,6 +47,7 @@ impl Family {
             Family::Shoe => shoe::draft,
             Family::DeskLamp => desk_lamp::draft,
             Family::Duck => duck::draft,
+            Family::Composite => composite::draft,
         };
         draft(shape, look)
     }

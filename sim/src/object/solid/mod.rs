@@ -76,6 +76,13 @@ impl Solid {
         self
     }
 
+    /// Its image in the plane of x and z.
+    pub fn mirrored(mut self) -> Self {
+        self.positions.iter_mut().chain(&mut self.normals).for_each(|v| v.y = -v.y);
+        self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        self
+    }
+
     /// Stretched about the origin by positive factors.
     pub fn scaled(mut self, x: f64, y: f64, z: f64) -> Self {
         let factors = Vector3::new(x, y, z);

@@ -1,0 +1,48 @@
+//! Why two trajectories are not compared.
+
+use crate::exit::Ends;
+use crate::result::trajectory::TumError;
+use crate::score::alignment::AlignmentError;
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why two trajectories are not compared.
+#[derive(Debug, Error)]
+pub enum ScoreError {
+    /// A file that cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file that is no trajectory.
+    #[error("{}: {source}", path.display())]
+    Tum {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TumError,
+    },
+    /// No pose of one is near one of the other in time.
+    #[error(
+        "no two poses are within {max_difference} s of each other: the truth runs from {} to {} s, the estimate from {} to {} s; give both \
+         the same clock, or raise --max-difference",
+        truth[0], truth[1], estimate[0], estimate[1]
+    )]
+    Apart {
+        /// What is near, seconds.
+        max_difference: f64,
+        /// First and last time of the truth, seconds.
+        truth: [f64; 2],
+        /// First and last time of the estimate, seconds.
+        estimate: [f64; 2],
+    },
+    /// The estimate cannot be laid on the truth.
+    #[error(transparent)]
+    Alignment(#[from] AlignmentError),
+}
+
+impl Ends for ScoreError {}

@@ -1,0 +1,111 @@
+//! `bench score TRUTH ESTIMATE`: how far two trajectories of anybody's are apart, as evo tells it.
+
+pub mod error;
+
+use crate::command::cli::ScoreArgs;
+use crate::command::error::BenchError;
+use crate::exit::Exit;
+use crate::result::grid::{Style, draw};
+use crate::result::trajectory::{Trajectory, TumError};
+use crate::score::alignment::Alignment;
+use crate::score::entry::text;
+use crate::score::pairs::Pairs;
+use crate::score::pose_error::{ErrorStatistics, PoseErrors, Spacing};
+use error::ScoreError;
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+
+/// What is told of two trajectories.
+#[derive(Serialize)]
+struct Scores {
+    alignment: Alignment,
+    spacing: Spacing,
+    truth_poses: usize,
+    estimate_poses: usize,
+    /// Poses of one that meet one of the other in time.
+    pairs: usize,
+    errors: Vec<Scored>,
+}
+
+#[derive(Serialize)]
+struct Scored {
+    error: &'static str,
+    unit: &'static str,
+    count: usize,
+    /// Absent where there is none.
+    #[serde(flatten)]
+    statistics: Option<ErrorStatistics>,
+}
+
+/// Prints the errors of poses and of motions.
+pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let scores = scores(args)?;
+    if args.json {
+        serde_json::to_writer_pretty(&mut *stdout, &scores)?;
+        writeln!(stdout)?;
+    } else {
+        writeln!(
+            stdout,
+            "{} pairs of {} true and {} estimated poses\n\n{}",
+            scores.pairs,
+            scores.truth_poses,
+            scores.estimate_poses,
+            table(&scores.errors)
+        )?;
+    }
+    Ok(Exit::Success)
+}
+
+fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
+    let truth = read(&args.truth, Trajectory::recorded_from_tum)?;
+    let estimate = read(&args.estimate, Trajectory::from_tum)?;
+    let pairs = Pairs::by_time(&truth, &estimate, args.max_difference);
+    if pairs.truth().is_empty() {
+        let span = |of: &Trajectory| [0, of.len() - 1].map(|i| of.timestamps()[i]);
+        let (max_difference, truth, estimate) = (args.max_difference, span(&truth), span(&estimate));
+        return Err(ScoreError::Apart { max_difference, truth, estimate });
+    }
+    let aligned = args.align.apply(&pairs)?;
+    let spacing = Spacing { delta: args.delta, unit: args.unit, all_pairs: args.all_pairs };
+    let of = |kind: [&'static str; 2], errors: PoseErrors| {
+        let scored = |error, unit, errors: Vec<f64>| Scored {
+            error,
+            unit,
+            count: errors.len(),
+            statistics: ErrorStatistics::of(&errors),
+        };
+        [scored(kind[0], "m", errors.translation), scored(kind[1], "deg", errors.rotation)]
+    };
+    let absolute = of(["APE translation", "APE rotation"], PoseErrors::absolute(&aligned));
+    let relative = of(["RPE translation", "RPE rotation"], PoseErrors::relative(&aligned, spacing));
+    Ok(Scores {
+        alignment: args.align,
+        spacing,
+        truth_poses: truth.len(),
+        estimate_poses: estimate.len(),
+        pairs: pairs.truth().len(),
+        errors: absolute.into_iter().chain(relative).collect(),
+    })
+}
+
+fn read(
+    path: &Path,
+    parse: impl FnOnce(&str) -> Result<Trajectory, TumError>,
+) -> Result<Trajectory, ScoreError> {
+    let text = text(path).map_err(|source| ScoreError::Read { path: path.to_owned(), source })?;
+    parse(&text).map_err(|source| ScoreError::Tum { path: path.to_owned(), source })
+}
+
+fn table(errors: &[Scored]) -> String {
+    let head = ["Error", "Count", "RMSE", "Mean", "Median", "Std", "Min", "Max"].map(String::from);
+    let row = |scored: &Scored| {
+        let name = format!("{} [{}]", scored.error, scored.unit);
+        let numbers = match &scored.statistics {
+            Some(of) => [of.rmse, of.mean, of.median, of.std, of.min, of.max].map(|x| format!("{x:.6}")),
+            None => [0; 6].map(|_| "-".to_owned()),
+        };
+        [vec![name, scored.count.to_string()], numbers.to_vec()].concat()
+    };
+    draw(Style::terminal(), &head, errors.iter().map(row).collect())
+}

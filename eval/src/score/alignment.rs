@@ -1,0 +1,147 @@
+//! Ways to lay an estimate on the truth before poses are compared: those of evo, and one that turns about z alone.
+
+use super::align::{Similarity, similarity};
+use super::pairs::{Pairs, PairsError};
+use clap::ValueEnum;
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use serde::Serialize;
+use thiserror::Error;
+use vantage_dataset::Pose;
+
+/// What of the estimate's frame is free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Alignment {
+    /// Nothing: both frames are one.
+    None,
+    /// The first estimated pose is laid on the first true one: the closed rule of our tables (`evo --align_origin`).
+    #[default]
+    Origin,
+    /// Rotation and translation, by least squares of all positions (Umeyama 1991; `evo -a`).
+    Se3,
+    /// Rotation, translation and scale (`evo -as`).
+    Sim3,
+    /// The scale alone (`evo -s`).
+    Scale,
+    /// Translation and heading about z, by least squares: what a robot that knows gravity is free in.
+    Yaw,
+}
+
+/// Why an estimate cannot be laid on the truth.
+#[derive(Debug, Error, PartialEq)]
+pub enum AlignmentError {
+    /// The positions leave a part of the alignment free.
+    #[error(
+        "the positions lie {place}: no alignment of this kind is determined by them; choose another, such as --align origin"
+    )]
+    Degenerate {
+        /// On what.
+        place: &'static str,
+    },
+    /// Poses that are not finite once they are scaled.
+    #[error(transparent)]
+    Pairs(#[from] PairsError),
+}
+
+impl Alignment {
+    /// The pairs with the estimate laid on the truth.
+    pub fn apply(self, pairs: &Pairs) -> Result<Pairs, AlignmentError> {
+        let positions = |poses: &[Pose]| poses.iter().map(|p| p.translation.vector).collect::<Vec<_>>();
+        let best = || {
+            let found = similarity(&positions(pairs.truth()), &positions(pairs.estimate()));
+            found
+                .filter(|found| found.rank > 1)
+                .ok_or(AlignmentError::Degenerate { place: "on a line or in one place" })
+        };
+        let (scale, truth_from_estimate) = match self {
+            Self::None => (1.0, Pose::identity()),
+            Self::Origin => (1.0, pairs.true_world_from_estimate_world()),
+            Self::Se3 => (1.0, best()?.rigid),
+            Self::Sim3 => {
+                let Similarity { scale, scaled, .. } = best()?;
+                (scale, scaled)
+            }
+            Self::Scale => (best()?.scale, Pose::identity()),
+            Self::Yaw => (1.0, by_yaw(&positions(pairs.truth()), &positions(pairs.estimate()))?),
+        };
+        let lay = |pose: &Pose| {
+            let scaled = Pose::from_parts((pose.translation.vector * scale).into(), pose.rotation);
+            if truth_from_estimate == Pose::identity() { scaled } else { truth_from_estimate * scaled }
+        };
+        let estimate: Vec<Pose> = pairs.estimate().iter().map(lay).collect();
+        Ok(Pairs::by_step(pairs.truth(), &estimate)?)
+    }
+}
+
+/// The turn about z and the translation of least squares.
+fn by_yaw(truth: &[Vector3<f64>], estimate: &[Vector3<f64>]) -> Result<Pose, AlignmentError> {
+    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let (of_truth, of_estimate) = (mean(truth), mean(estimate));
+    let (mut sine, mut cosine, mut spread) = (0.0, 0.0, 0.0);
+    for (t, e) in truth.iter().zip(estimate) {
+        let (t, e) = (t - of_truth, e - of_estimate);
+        sine += e.x * t.y - e.y * t.x;
+        cosine += e.x * t.x + e.y * t.y;
+        spread += t.xy().norm_squared() + e.xy().norm_squared();
+    }
+    if libm::hypot(sine, cosine) <= f64::EPSILON * spread {
+        return Err(AlignmentError::Degenerate { place: "one above the other" });
+    }
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), libm::atan2(sine, cosine));
+    Ok(Pose::from_parts(Translation3::from(of_truth - rotation * of_estimate), rotation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use vantage_dataset::{Tangent, se3};
+
+    fn track() -> Vec<Pose> {
+        (0..9)
+            .map(|i| {
+                let t = f64::from(i);
+                se3::exp(&Tangent::from([0.1 * t, 0.02 * t * t, -0.3, t, (0.7 * t).sin(), 0.1 * t * t]))
+            })
+            .collect()
+    }
+
+    fn left(alignment: Alignment, moved: impl Fn(&Pose) -> Pose) -> f64 {
+        let truth = track();
+        let estimate: Vec<Pose> = truth.iter().map(moved).collect();
+        let aligned = alignment.apply(&Pairs::by_step(&truth, &estimate).unwrap()).unwrap();
+        let off = |(t, e): (&Pose, &Pose)| (t.to_homogeneous() - e.to_homogeneous()).norm();
+        aligned.truth().iter().zip(aligned.estimate()).map(off).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn each_undoes_what_it_leaves_free_and_nothing_else() {
+        let frame = se3::exp(&Tangent::from([0.3, -1.0, 2.0, 4.0, -5.0, 6.0]));
+        let turn = Pose::new(Vector3::new(1.0, -2.0, 0.5), Vector3::new(0.0, 0.0, 2.2));
+        let scaled = |pose: &Pose| Pose::from_parts((pose.translation.vector * 2.5).into(), pose.rotation);
+        for alignment in [Alignment::Origin, Alignment::Se3, Alignment::Sim3] {
+            assert!(left(alignment, |pose| frame * pose) < 1e-9, "{alignment:?}");
+        }
+        assert!(left(Alignment::Yaw, |pose| turn * pose) < 1e-9);
+        assert!(left(Alignment::Yaw, |pose| frame * pose) > 0.1);
+        assert!(left(Alignment::Sim3, |pose| frame * scaled(pose)) < 1e-9);
+        assert!(left(Alignment::Scale, scaled) < 1e-9);
+        assert!(left(Alignment::Se3, scaled) > 0.1);
+        assert_eq!(left(Alignment::None, |pose| *pose), 0.0);
+        assert_relative_eq!(left(Alignment::None, |pose| turn * pose), 4.0, epsilon = 40.0);
+    }
+
+    #[test]
+    fn positions_that_leave_it_free_are_an_error() {
+        let line: Vec<Pose> = (0..5).map(|i| Pose::translation(f64::from(i), 0.0, 0.0)).collect();
+        let post: Vec<Pose> = (0..5).map(|i| Pose::translation(0.0, 0.0, f64::from(i))).collect();
+        let pairs = |poses: &[Pose]| Pairs::by_step(poses, poses).unwrap();
+        for alignment in [Alignment::Se3, Alignment::Sim3, Alignment::Scale] {
+            let told = alignment.apply(&pairs(&line)).unwrap_err().to_string();
+            assert!(told.contains("line") && told.contains("--align origin"), "{told}");
+        }
+        assert!(Alignment::Yaw.apply(&pairs(&line)).is_ok());
+        assert!(Alignment::Yaw.apply(&pairs(&post)).is_err());
+        assert!(Alignment::Origin.apply(&pairs(&post)).is_ok());
+    }
+}

@@ -1,0 +1,77 @@
+//! `bench score TRUTH ESTIMATE`: two trajectories of anybody's.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use vantage_dataset::Pose;
+use vantage_dataset::store::write_tum;
+use vantage_tests::{Finished, bench};
+
+/// A loop of 40 poses ten a second, and the same seen from another frame, with the third pose off by 0.4 m.
+fn written(folder: &Path) -> [PathBuf; 2] {
+    let times: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+    let truth: Vec<Pose> =
+        times.iter().map(|t| Pose::new([t.cos(), t.sin(), 0.1 * t].into(), [0.0, 0.0, *t].into())).collect();
+    let frame = Pose::new([5.0, -3.0, 0.5].into(), [0.0, 0.0, 2.0].into());
+    let mut estimate: Vec<Pose> = truth.iter().map(|pose| frame * pose).collect();
+    estimate[2].translation.z += 0.4;
+    let paths = ["truth.tum", "estimate.tum"].map(|name| folder.join(name));
+    write_tum(&paths[0], &times, &truth).unwrap();
+    write_tum(&paths[1], &times, &estimate).unwrap();
+    paths
+}
+
+fn score(paths: &[PathBuf; 2], options: &[&str]) -> Finished {
+    Finished::of(bench().arg("score").args(paths).args(options))
+}
+
+#[test]
+fn errors_are_told_as_a_table_and_as_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = written(folder.path());
+    let table = score(&paths, &[]);
+    table.expect(0, &[]);
+    for said in ["40 pairs of 40 true and 40 estimated poses", "APE translation [m]", "0.400000"] {
+        assert!(table.stdout.contains(said), "{said:?} is not in {}", table.stdout);
+    }
+    let told = score(&paths, &["--json", "--align", "origin", "--unit", "metres", "--delta", "0.5"]);
+    told.expect(0, &[]);
+    let told: Value = serde_json::from_str(&told.stdout).unwrap();
+    let rmse = told["errors"][0]["rmse"].as_f64().unwrap();
+    assert!((rmse - 0.4 / 40f64.sqrt()).abs() < 1e-9, "{rmse}");
+    assert_eq!(
+        (told["alignment"].as_str(), told["spacing"]["unit"].as_str()),
+        (Some("origin"), Some("metres"))
+    );
+    score(&paths, &["--align", "none"]).expect(0, &[]);
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let [truth, estimate] = written(folder.path());
+    let late = folder.path().join("late.tum");
+    let text = fs::read_to_string(&estimate).unwrap();
+    let moved: String = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split_once(' ').unwrap())
+        .map(|(time, rest)| format!("{} {rest}\n", time.parse::<f64>().unwrap() + 100.0))
+        .collect();
+    fs::write(&late, moved).unwrap();
+    score(&[truth.clone(), late], &[]).expect(2, &["runs from 0 to 3.9", "--max-difference"]);
+    let bad = folder.path().join("bad.tum");
+    fs::write(&bad, "0 1 2 3\n").unwrap();
+    score(&[truth.clone(), bad], &[]).expect(2, &["bad.tum", "line 1", "expected 8"]);
+    score(&[truth.clone(), folder.path().join("none.tum")], &[]).expect(2, &["none.tum"]);
+    score(&[truth.clone(), folder.path().to_owned()], &[]).expect(2, &["regular file"]);
+    let straight = folder.path().join("straight.tum");
+    let line: Vec<Pose> = (0..9).map(|i| Pose::translation(f64::from(i), 0.0, 0.0)).collect();
+    write_tum(&straight, &(0..9).map(|i| 0.1 * f64::from(i)).collect::<Vec<_>>(), &line).unwrap();
+    let twice = [straight.clone(), straight];
+    score(&twice, &["--align", "sim3"]).expect(2, &["on a line", "--align origin"]);
+    score(&twice, &["--align", "yaw"]).expect(0, &[]);
+    score(&[truth, estimate], &["--delta", "0"]).expect(2, &["above 0"]);
+}
