@@ -78,7 +78,7 @@ fn objects_are_the_same_bits_on_any_machine() {
     // Re-mint only with a line in the changelog that says why pictures changed.
     assert_eq!(
         hasher.finalize().to_hex().as_str(),
-        "7beb3516ca4b98e853cc8c7231dd4e76cf3df1ec6f2df81c05d536808a7503d8"
+        "dc17034d864159d838127f42a4c0c3f20b14e76d6ca7325756f2d1b9e651f73c"
     );
 }
 

@@ -120,9 +120,9 @@ impl Spacing {
         (0..poses.len()).filter_map(end).collect()
     }
 
-    /// From one pose to the next after at least so long a path; the first begins after as much.
+    /// From one pose, the first to begin with, to the next after at least so long a path.
     fn in_turn_by_path(&self, poses: &[Pose]) -> Vec<(usize, usize)> {
-        let (mut ends, mut path) = (Vec::new(), 0.0);
+        let (mut ends, mut path) = (vec![0], 0.0);
         for (i, step) in poses.windows(2).enumerate() {
             path += length(step);
             if path >= self.delta {
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(ends(2.0, Unit::Frames, false), [(0, 2), (2, 4), (4, 6)]);
         assert_eq!(ends(2.0, Unit::Frames, true), [(0, 2), (1, 3), (2, 4), (3, 5), (4, 6)]);
         assert_eq!(ends(1.0, Unit::Metres, true), [(0, 2), (1, 3), (2, 4), (3, 5), (4, 6)]);
-        assert_eq!(ends(1.0, Unit::Metres, false), [(2, 4), (4, 6)]);
+        assert_eq!(ends(1.0, Unit::Metres, false), [(0, 2), (2, 4), (4, 6)]);
         assert!(ends(1.0, Unit::Degrees, true).is_empty() && ends(9.0, Unit::Metres, true).is_empty());
         let turning: Vec<Pose> =
             (0..5).map(|i| Pose::new(Vector3::zeros(), Vector3::z() * (0.1 * f64::from(i)))).collect();

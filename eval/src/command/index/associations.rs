@@ -170,9 +170,9 @@ mod tests {
         };
         let of_one = lines_of("one");
         assert_eq!(of_one.len(), 10, "five tables of two levels");
-        assert_eq!(of_one[0], " 2 | - | - | - | - | - | - | 0.750 | - | - | - |");
-        assert_eq!(of_one[3], " 0.500 | - | - | - | - | - | - | 0.100 +- 0.000 | - | - | - |");
-        assert_eq!(of_one[5], " 2 | - | - | - | - | - | - | - | - | - | - |");
+        assert_eq!(of_one[0], " 2 | - | - | - | - | - | - | - | 0.750 | - | - | - |");
+        assert_eq!(of_one[3], " 0.500 | - | - | - | - | - | - | - | 0.100 +- 0.000 | - | - | - |");
+        assert_eq!(of_one[5], " 2 | - | - | - | - | - | - | - | - | - | - | - |");
         assert_eq!(of_one, lines_of("two"));
         assert!(page.ends_with(
             "|---|---|---|---|---|---|\n| `tracklets-hypotheses` | - | - | 0.500 of 4 | - | - |\n"
