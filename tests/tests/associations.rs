@@ -19,7 +19,7 @@ fn associations_are_a_table_and_files_that_score_as_they_did() {
     let place = scene.path("out/scenes/small");
     let results = Results::read(&place).unwrap();
     let (table, whole) = (results.table("association").unwrap(), results.table("trajectory").unwrap());
-    assert_eq!(table.methods().len(), 21);
+    assert_eq!(table.methods().len(), 23);
     for run in table.runs_of("given") {
         let of = |metric: Metric| run.scores[&metric];
         assert_eq!((of(Metric::PairF1), of(Metric::ObjectsFound), of(Metric::AllRight)), (1.0, 1.0, 1.0));
