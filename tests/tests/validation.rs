@@ -26,9 +26,9 @@ fn the_worth_of_a_crop_is_told_by_its_scale() {
     let told = ["size over box side: 1.", "bearing_noise: {", "bearing_offset: {", "│ offset fitted "];
     assert!(told.iter().all(|told| first.stdout.contains(told)), "{}", first.stdout);
     let losses = rows(&first.stdout, "Exponents");
-    assert_eq!(losses.len(), 7, "{}", first.stdout);
+    assert_eq!(losses.len(), 12, "{}", first.stdout);
     let differ = |a: usize, b: usize| losses[a][1..] != losses[b][1..];
-    assert!(differ(0, 3) && differ(4, 6), "exponents change nothing: {losses:?}");
+    assert!(differ(0, 3) && differ(4, 6) && differ(7, 11), "exponents change nothing: {losses:?}");
     let reliability = rows(&first.stdout, "Probability of one object");
     let pairs: usize = reliability.iter().map(|row| row[1].parse::<usize>().unwrap_or_default()).sum();
     assert!(reliability.len() == 6 && pairs > 0, "{reliability:?}");
