@@ -94,7 +94,6 @@ fn by_yaw(truth: &[Vector3<f64>], estimate: &[Vector3<f64>]) -> Result<Pose, Ali
 #[cfg(test)]
 mod tests {
     use super::*;
-    use approx::assert_relative_eq;
     use vantage_dataset::{Tangent, se3};
 
     fn track() -> Vec<Pose> {
@@ -128,7 +127,7 @@ mod tests {
         assert!(left(Alignment::Scale, scaled) < 1e-9);
         assert!(left(Alignment::Se3, scaled) > 0.1);
         assert_eq!(left(Alignment::None, |pose| *pose), 0.0);
-        assert_relative_eq!(left(Alignment::None, |pose| turn * pose), 4.0, epsilon = 40.0);
+        assert!(left(Alignment::None, |pose| turn * pose) > 0.1);
     }
 
     #[test]
