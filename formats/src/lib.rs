@@ -10,6 +10,7 @@
 //! | g2o | a pose graph | [`g2o::encode`] | | g2o, GTSAM, Ceres, SE-Sync |
 //! | MH-iSAM2 (Hsiao & Kaess 2019) | an ambiguous measurement of the plane | | [`mh::read`] | |
 //! | Mu et al. 2016 | a track among objects of the plane | | [`mu::read`] | |
+//! | COIL-100's names (Nene et al. 1996) | a photograph from an azimuth | | [`read_turned_photos`] | |
 //! | TUM | a pose | [`write_tum`](vantage_dataset::store::write_tum) | [`Trajectory::from_tum`] | evo, the TUM RGB-D tools |
 //!
 //! | module | what it holds |
@@ -47,6 +48,7 @@ mod rigid;
 mod rle;
 mod shard;
 pub mod trajectory;
+mod turned_photos;
 
 #[cfg(test)]
 #[cfg(feature = "parquet")]
@@ -60,6 +62,7 @@ pub use shard::{
     FORMAT, Inventory, LayoutManifest, ObjectRecord, Opened, SET_ASIDE, ShardRecord, verify_layout,
 };
 pub use trajectory::{Trajectory, TrajectoryError, TumError};
+pub use turned_photos::{Turntable, read_turned_photos};
 
 use std::path::Path;
 use vantage_dataset::ObjectTruth;

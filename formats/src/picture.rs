@@ -27,6 +27,11 @@ pub(crate) fn read_jpeg(path: &Path) -> Result<RgbImage, ImportError> {
     Ok(image.into_rgb8())
 }
 
+pub(crate) fn read_png(path: &Path) -> Result<RgbImage, ImportError> {
+    let bytes = read_file(path, LARGEST_FILE)?;
+    Ok(decode(path, &bytes, ImageFormat::Png)?.into_rgb8())
+}
+
 #[cfg(feature = "hdf5")]
 /// A mask as it decodes: 0 where PBM says black.
 pub(crate) fn read_pbm(path: &Path) -> Result<GrayImage, ImportError> {

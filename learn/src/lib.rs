@@ -33,9 +33,11 @@ mod latent;
 mod manifest;
 mod model;
 mod onnx;
+mod periodic_fit;
 mod predictive_model;
 pub mod readout;
 mod residual;
+pub mod residual_process;
 mod role;
 mod spec;
 #[cfg(feature = "train")]
@@ -60,7 +62,7 @@ pub use predictive_model::{PredictiveLinearization, PredictiveModel};
 pub use residual::ResidualNoise;
 pub use role::{Convention, Kind, Role, Sizes};
 pub use spec::{
-    ClassSpec, InstanceTerm, Motion, Objective, Pairs, PredictiveSpec, TrainingSpec, TrunkTarget,
+    ClassSpec, Frames, InstanceTerm, Motion, Objective, Pairs, PredictiveSpec, TrainingSpec, TrunkTarget,
 };
 #[cfg(feature = "train")]
 pub use train::{

@@ -83,10 +83,49 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
             .unwrap()
             .contains("the views in test")
     );
+    study("test", "known_views: [2, 1000]\n").expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap();
+    let known = tables.split("known_views_2, ").nth(1).unwrap();
+    assert!(
+        ["| own ", "| own+process ", "| gaussian_process "].iter().all(|row| known.contains(row)),
+        "{known}"
+    );
+    study("test", "scored_scene: scene.yaml\n").expect(2, &["scored_scene", "beside `views`"]);
     let mut figures = scene.on(&["figures"], "scene.yaml");
     figures.arg("--model").arg(scene.path("model")).arg("--views").arg(scene.path("test"));
     Finished::of(figures.arg("--out").arg(scene.path("figures"))).expect(0, &["two sessions"]);
     assert!(scene.path("figures/latents.png").exists());
+}
+
+#[test]
+fn photographs_are_read_by_the_names_of_their_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("photos")).unwrap();
+    for (name, value) in [("cup__0.png", 200), ("cup__90.png", 150), ("pen__10.png", 90), ("pen__20.png", 0)]
+    {
+        image::RgbImage::from_pixel(9, 9, image::Rgb([value; 3])).save(at("photos").join(name)).unwrap();
+    }
+    let import = |out: &str, more: &[&str]| {
+        let mut command = bench();
+        command.args(["import", "folder"]).arg(at("photos")).arg("--out").arg(at(out)).args(more);
+        Finished::of(&mut command)
+    };
+    import("views", &["--split", "test", "--elevation-deg", "-20", "--clockwise"])
+        .expect(0, &["pen__20.png: no pixel is the object's"]);
+    let set = read_views(&at("views")).unwrap();
+    assert_eq!((set.split, set.instances.len(), set.views.len()), (Split::Test, 2, 3));
+    let turned = &set.views[1].viewpoint;
+    assert!((turned.azimuth().to_degrees() + 90.0).abs() < 1e-9);
+    assert!((turned.elevation().to_degrees() + 20.0).abs() < 1e-9);
+    import("cups", &["--objects", "cup"]).expect(0, &[]);
+    assert_eq!(read_views(&at("cups")).unwrap().instances.len(), 1);
+    import("none", &["--objects", "fork"]).expect(2, &["no object fork"]);
+    import("high", &["--elevation-deg", "90"]).expect(2, &["-85 to 85"]);
+    fs::create_dir(at("empty")).unwrap();
+    let mut command = bench();
+    command.args(["import", "folder"]).arg(at("empty")).arg("--out").arg(at("nothing"));
+    Finished::of(&mut command).expect(4, &["nothing was written"]);
 }
 
 #[test]

@@ -13,6 +13,8 @@ mod embedding;
 mod episodes;
 mod error;
 mod estimates;
+#[cfg(feature = "train")]
+mod known_views;
 mod model;
 mod model_error;
 mod online;
@@ -37,6 +39,8 @@ pub use embedding::embedding;
 pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
 pub use error::StageError;
 pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
+#[cfg(feature = "train")]
+pub use known_views::Teller;
 pub use model::{
     LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, chosen_models, model, model_hash,
     models, reference_model,

@@ -1,17 +1,20 @@
 //! Stages of a study: variants trained on the same views, each under several seeds, and scored on the same instances.
 
+use super::known_views::{Teller, known_views};
 use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit};
-use super::{Pipeline, ScoredViews, StageError, code, imported_views, test_views, unseen, views};
+use super::{Pipeline, ScoredViews, StageError, code, test_views, unseen, views};
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, Variant};
+use crate::score::known_views::KnownViewTrial;
 use crate::score::unseen::{Subject, Unseen};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vantage_dataset::store::Key;
-use vantage_dataset::{Seed, Split, ViewSet};
+use vantage_dataset::{Seed, Split, View, ViewSet};
 use vantage_learn::{MANIFEST, Model, TrainError, TrainingDevice, TrainingSpec};
+use vantage_sim::scene::Family;
 
 /// The views that a study trains on, and what identifies them.
 pub struct StudyViews {
@@ -23,18 +26,19 @@ pub struct StudyViews {
     of_seen: bool,
 }
 
-/// Renders the views, where the cache has none; those to train on only where a variant is trained. `imported` are scored in place
+/// Renders the views, where the cache has none; those to train on only where a variant is trained. `elsewhere` are scored in place
 /// of test instances.
 pub fn study_views(
     pipeline: &Pipeline,
     study: &StudyFile,
-    imported: Option<&Path>,
+    elsewhere: Option<Vec<ScoredViews>>,
 ) -> Result<StudyViews, StageError> {
-    let tested = || match imported {
-        Some(folder) => Ok(vec![imported_views(folder)?]),
+    let tested = || match elsewhere {
+        Some(views) => Ok(views),
         None => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice()),
     };
-    if study.scored == Scored::Test && study.variants.iter().all(|variant| variant.folder.is_some()) {
+    let finished = study.variants.iter().all(|variant| variant.folder.is_some());
+    if study.scored == Scored::Test && finished && study.known_views.is_empty() {
         let none = |split| ViewSet { split, instances: Vec::new(), views: Vec::new() };
         let (training, validation) = (none(Split::Train), none(Split::Validation));
         return Ok(StudyViews {
@@ -99,6 +103,17 @@ impl StudyViews {
         })
     }
 
+    /// The queries of a teller of azimuths, of objects with so many known views: see [`known_views`]. Its process is fitted on the
+    /// validation views.
+    pub fn known_views(
+        &self,
+        pipeline: &Pipeline,
+        known: usize,
+        teller: Teller<'_>,
+    ) -> Result<Option<Vec<KnownViewTrial>>, StageError> {
+        known_views(pipeline, (&self.validation, &self.seals[1]), &self.scored, known, teller)
+    }
+
     /// The first set of views that models are scored on.
     pub fn first_scored(&self) -> Option<&ViewSet> {
         self.scored.first().map(|scored| &scored.set)
@@ -126,9 +141,10 @@ pub fn variant_models(
     trunks: &Path,
 ) -> Result<VariantModels, StageError> {
     let spec: TrainingSpec = variant.training(&pipeline.file.training.model)?;
-    let kept = variant.instances.unwrap_or(usize::MAX);
-    let training = first_instances(&views.training, kept);
-    let conditions = scene_file::hash(&(&views.seals, training.instances.len(), training.views.len()))?;
+    let families = &pipeline.scene.world().families;
+    let training = of_variant(&views.training, variant, families);
+    let chosen = (variant.families, variant.composites, training.instances.len(), training.views.len());
+    let conditions = scene_file::hash(&(&views.seals, chosen))?;
     (1..=study.seeds)
         .map(|seed| {
             let seed = Seed(seed);
@@ -204,13 +220,32 @@ fn held_out(set: &mut ViewSet, instances: usize) -> ViewSet {
     }
 }
 
-fn first_instances(set: &ViewSet, kept: usize) -> ViewSet {
-    let views = set.views.iter().filter(|view| view.instance < kept);
-    ViewSet {
-        split: set.split,
-        instances: set.instances.iter().take(kept).cloned().collect(),
-        views: views.cloned().collect(),
+/// The instances that a variant is trained on, with their views.
+fn of_variant(set: &ViewSet, variant: &Variant, families: &[Family]) -> ViewSet {
+    let composite = Family::Composite.name();
+    let first: Vec<&str> =
+        families.iter().map(|family| family.name()).filter(|&name| name != composite).collect();
+    let first = &first[..variant.families.unwrap_or(first.len()).min(first.len())];
+    let mut composites = 0;
+    let mut is_chosen = |family: &str| {
+        if family == composite {
+            composites += 1;
+            return variant.composites.is_none_or(|most| composites <= most);
+        }
+        variant.families.is_none() || first.contains(&family)
+    };
+    let mut moved = vec![None; set.instances.len()];
+    let mut instances = Vec::new();
+    for (instance, moved) in set.instances.iter().zip(&mut moved) {
+        let full = variant.instances.is_some_and(|most| instances.len() >= most);
+        if !full && is_chosen(&instance.family) {
+            *moved = Some(instances.len());
+            instances.push(instance.clone());
+        }
     }
+    let views =
+        set.views.iter().filter_map(|view| Some(View { instance: moved[view.instance]?, ..view.clone() }));
+    ViewSet { split: set.split, instances, views: views.collect() }
 }
 
 #[cfg(test)]
@@ -218,7 +253,47 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
     use vantage_dataset::views::InstanceRecord;
-    use vantage_dataset::{Crop, InstanceId, Pose, Symmetry, View, Viewpoint};
+    use vantage_dataset::{Crop, InstanceId, Pose, Symmetry, Viewpoint};
+
+    #[test]
+    fn a_variant_is_trained_on_the_families_and_composites_that_it_names() {
+        let families = [Family::Mug, Family::Composite, Family::Book];
+        let names = ["mug", "composite", "book", "composite", "mug", "composite"];
+        let instance = |(id, family): (usize, &&str)| InstanceRecord {
+            id: InstanceId(id as u64),
+            family: (*family).to_owned(),
+            symmetry: Symmetry::None,
+        };
+        let camera = Pose::new(Vector3::new(1.0, 0.0, 0.5), Vector3::y() * -1.8);
+        let viewpoint = Viewpoint::new(&camera, 0.2).unwrap();
+        let view = |instance: usize| View {
+            instance,
+            session: 0,
+            viewpoint,
+            crop: Crop::black(),
+            visible_fraction: instance as f64,
+            box_center_error: [0.0; 2],
+            sighting: None,
+        };
+        let set = ViewSet {
+            split: Split::Train,
+            instances: names.iter().enumerate().map(instance).collect(),
+            views: (0..6).map(view).collect(),
+        };
+        let chosen = |text: &str| -> Vec<f64> {
+            let variant: Variant =
+                serde_json::from_str(&format!("{{\"name\": \"a\", \"note\": \"b\"{text}}}")).unwrap();
+            let kept = of_variant(&set, &variant, &families);
+            let numbers = kept.views.iter().map(|view| kept.instances[view.instance].id.0 as f64);
+            let seen: Vec<f64> = kept.views.iter().map(|view| view.visible_fraction).collect();
+            assert_eq!(numbers.collect::<Vec<_>>(), seen);
+            seen
+        };
+        assert_eq!(chosen(""), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(chosen(", \"families\": 1, \"composites\": 2"), [0.0, 1.0, 3.0, 4.0]);
+        assert_eq!(chosen(", \"families\": 0"), [1.0, 3.0, 5.0]);
+        assert_eq!(chosen(", \"composites\": 0, \"instances\": 2"), [0.0, 2.0]);
+    }
 
     #[test]
     fn every_fourth_view_of_each_session_of_the_first_instances_is_held_out() {

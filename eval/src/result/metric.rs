@@ -203,6 +203,20 @@ metrics! {
     AteOfGeometric => "ATE of geometric", "ate_geometric_m", Meter, Lower;
     /// ATE of the first learned row by what was associated.
     AteOfLearned => "ATE of the learned row", "ate_learned_m", Meter, Lower;
+    /// 90th percentile of the azimuth error: [`crate::score::known_views`].
+    ViewpointP90 => "Viewpoint P90", "viewpoint_p90_rad", Radian, Lower;
+    /// Share of azimuth errors under 60 degrees.
+    ViewpointWithin60 => "Viewpoint < 60 deg", "viewpoint_within_60", Ratio, Higher;
+    /// Share of azimuths inside their region of 95%.
+    AzimuthInside95 => "Azimuth in 95%", "azimuth_inside_95", Ratio, Near(0.95);
+    /// Median azimuth error of views less than 15 degrees from a known one.
+    ViewpointMedianNear15 => "Median, nearest < 15 deg", "viewpoint_median_nearest_15_rad", Radian, Lower;
+    /// Of those 15 to 30 degrees from the nearest known one.
+    ViewpointMedianNear30 => "15-30 deg", "viewpoint_median_nearest_30_rad", Radian, Lower;
+    /// Of those 30 to 60 degrees from it.
+    ViewpointMedianNear60 => "30-60 deg", "viewpoint_median_nearest_60_rad", Radian, Lower;
+    /// Of those farther from it.
+    ViewpointMedianFar => "> 60 deg", "viewpoint_median_farther_rad", Radian, Lower;
 }
 
 /// What a metric is measured in.

@@ -8,6 +8,8 @@ use vantage_learn::{Kind, Manifest, Objective};
 pub const PIXELS: &str = "pixels_pca64";
 /// Name of the row of predicting always the same: the mean of what is known of the instance.
 pub const MEAN_VIEW: &str = "mean_view";
+/// Name of the row of a Gaussian process per object, the floor of azimuths from known views.
+pub const GAUSSIAN_PROCESS: &str = "gaussian_process";
 /// The name of the true trajectory among those of a seed.
 pub const TRUTH: &str = "truth";
 

@@ -2,7 +2,7 @@
 
 use super::is_file_name;
 use crate::exit::Ends;
-use crate::scene_file::row_name::{MEAN_VIEW, PIXELS};
+use crate::scene_file::row_name::{GAUSSIAN_PROCESS, MEAN_VIEW, PIXELS};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,14 @@ pub struct StudyFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(custom(in_place_of_test(self.scored)))]
     pub views: Option<PathBuf>,
+    /// A scene whose test instances are scored in place of those of `scene`; relative to the study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(custom(in_place_of_test(self.scored)), custom(without(&self.views)))]
+    pub scored_scene: Option<PathBuf>,
+    /// Also scores how well azimuths are told of objects that were seen from so many known viewpoints, for each of these numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(length(max = 8), inner(range(min = 1, max = 1000)))]
+    pub known_views: Vec<usize>,
     /// Each variant is trained so often, with seeds from 1 on.
     #[garde(range(min = 1, max = 100))]
     pub seeds: u64,
@@ -78,6 +86,14 @@ pub struct Variant {
     #[serde(default)]
     #[garde(inner(range(min = 2)))]
     pub instances: Option<usize>,
+    /// Trains on the first so many of the scene's families alone, beside composites.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub families: Option<usize>,
+    /// Trains on so many composites at most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub composites: Option<usize>,
     /// What differs from the scene's `training.model`.
     #[serde(default)]
     #[garde(skip)]
@@ -111,6 +127,13 @@ fn in_place_of_test(scored: Scored) -> impl FnOnce(&Option<PathBuf>, &()) -> gar
     }
 }
 
+fn without(views: &Option<PathBuf>) -> impl FnOnce(&Option<PathBuf>, &()) -> garde::Result + '_ {
+    move |scene, ()| match (scene, views) {
+        (Some(_), Some(_)) => Err(garde::Error::new("is there beside `views`: one of them is scored")),
+        _ => Ok(()),
+    }
+}
+
 impl Scored {
     /// For people.
     pub fn told(self) -> &'static str {
@@ -123,9 +146,9 @@ impl Scored {
 }
 
 impl StudyFile {
-    /// Hash of the study as read, on a scene of this hash: see [`super::hash`]. Where the scene's file lies does not enter it.
+    /// Hash of the study as read, on a scene of this hash, or of these two with a blank between, the one that is scored last: see [`super::hash`]. Where the scene's file lies does not enter it.
     pub fn hash(&self, scene_hash: &str) -> Result<String, serde_json::Error> {
-        let anywhere = Self { scene: PathBuf::new(), ..self.clone() };
+        let anywhere = Self { scene: PathBuf::new(), scored_scene: None, ..self.clone() };
         super::hash(&(&anywhere, scene_hash))
     }
 }
@@ -140,8 +163,8 @@ impl Variant {
     pub fn fits(&self, there: usize, known: usize) -> Result<(), VariantError> {
         let instances = self.instances.unwrap_or(there);
         let reason = match instances {
-            _ if self.folder.is_some() && (self.instances.is_some() || !self.model.is_empty()) => {
-                "folder names a trained model: leave out instances and model".to_owned()
+            _ if self.folder.is_some() && self.is_trained() => {
+                "folder names a trained model: leave out instances, families, composites and model".to_owned()
             }
             _ if instances > there => {
                 format!("instances is {instances}, but the scene has {there} training instances")
@@ -152,6 +175,11 @@ impl Variant {
             _ => return Ok(()),
         };
         Err(self.refused(reason))
+    }
+
+    fn is_trained(&self) -> bool {
+        let chosen = self.instances.is_some() || self.families.is_some() || self.composites.is_some();
+        chosen || !self.model.is_empty()
     }
 
     /// Refuses a model that is there where other instances than test instances are scored: those that the study trains on itself.
@@ -187,7 +215,8 @@ fn merge(into: &mut Value, from: &Value) {
 }
 
 fn differ(variants: &[Variant], _: &()) -> garde::Result {
-    if let Some(floor) = variants.iter().find(|variant| [PIXELS, MEAN_VIEW].contains(&variant.name.as_str()))
+    if let Some(floor) =
+        variants.iter().find(|variant| [PIXELS, MEAN_VIEW, GAUSSIAN_PROCESS].contains(&variant.name.as_str()))
     {
         return Err(garde::Error::new(format!("{:?} is the name of a floor's row", floor.name)));
     }

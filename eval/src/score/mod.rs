@@ -20,6 +20,7 @@ pub mod grounding;
 pub mod heading;
 pub mod identity;
 pub mod instance_posterior;
+pub mod known_views;
 pub mod landmark;
 pub mod likelihood;
 pub mod object;

@@ -1,12 +1,12 @@
 //! `model`: what is trained, and how.
 
+mod frames;
 mod objective;
 mod predictive;
 
+pub use frames::Frames;
 pub use objective::Objective;
-#[cfg(feature = "train")]
-pub(crate) use objective::Task;
-pub(crate) use objective::{Loss, Traits};
+pub(crate) use objective::{Loss, Task, Traits};
 pub use predictive::{Motion, Pairs, PredictiveSpec, TrunkTarget};
 
 use crate::role::Convention;
@@ -53,6 +53,10 @@ pub struct TrainingSpec {
     /// none does; at most 64. Models that are told of no azimuth have none.
     #[garde(custom(leaves_invariant(self)))]
     pub pairs_per_harmonic: usize,
+    /// In which frame of the object azimuths are told.
+    #[garde(skip)]
+    #[serde(skip_serializing_if = "is_default")]
+    pub frames: Frames,
     /// Of the viewpoint-predictive model.
     #[garde(dive)]
     #[serde(skip_serializing_if = "is_default")]
@@ -131,6 +135,7 @@ impl Default for TrainingSpec {
         Self {
             objective: Objective::default(),
             pairs_per_harmonic: 2,
+            frames: Frames::default(),
             predictive: PredictiveSpec::default(),
             class: None,
             trunk_steps: 2000,
@@ -157,7 +162,9 @@ impl Default for TrainingSpec {
 impl TrainingSpec {
     /// What tells the objective from the others.
     pub(crate) fn traits(&self) -> Traits {
-        self.objective.traits(&self.predictive)
+        let traits = self.objective.traits(&self.predictive);
+        let relative = self.frames == Frames::None && traits.task == Task::Viewpoint;
+        Traits { task: if relative { Task::Change } else { traits.task }, ..traits }
     }
 
     /// Whether the model tells what an object looks like from a viewpoint, as scores of viewpoints and estimators need it:

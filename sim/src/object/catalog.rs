@@ -40,6 +40,20 @@ impl<'a> Catalog<'a> {
         take_turns(self.kinds(), 0, count)
     }
 
+    /// As [`Catalog::in_turn`], with composites where `is_composite` says so of an index.
+    pub fn in_turn_beside_composites(
+        &self,
+        count: usize,
+        is_composite: impl Fn(usize) -> bool,
+    ) -> Vec<Draw<'a>> {
+        let mut others = self.in_turn((0..count).filter(|&i| !is_composite(i)).count()).into_iter();
+        (0..count)
+            .map_while(
+                |i| if is_composite(i) { Some(Draw::Family(Family::Composite)) } else { others.next() },
+            )
+            .collect()
+    }
+
     /// `count` objects in random order, each family and each category of meshes as often as any other, to within one,
     /// as long as it has meshes left. Fewer if there are fewer.
     pub fn shuffled(&self, count: usize, seed: Seed) -> Vec<Draw<'a>> {

@@ -39,6 +39,11 @@ pub struct ViewsSpec {
     /// Share of sessions in which other objects stand near, and may hide part of this one.
     #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
     pub occluder_probability: f64,
+    /// Share of the training and validation instances that are composites in place of the world's kinds, spread evenly among them; 0
+    /// by default. Test instances are the world's.
+    #[serde(default, skip_serializing_if = "is_none")]
+    #[garde(range(min = 0.0, max = 1.0), custom(not_nan))]
+    pub composites: f64,
     /// Odometry of a robot that goes from view to view of a session, by azimuth: what the viewpoint-predictive model is
     /// trained on. Without it views have no sightings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -56,6 +61,12 @@ impl ViewsSpec {
         }
     }
 
+    /// Whether an instance of a split is a composite, whatever the world's kinds are.
+    pub fn is_composite(&self, split: Split, index: usize) -> bool {
+        let among = |instances: usize| (instances as f64 * self.composites).floor();
+        split != Split::Test && among(index + 1) > among(index)
+    }
+
     /// How many instances a split has.
     pub fn instances(&self, split: Split) -> usize {
         let instances = match split {
@@ -65,4 +76,9 @@ impl ViewsSpec {
         };
         instances as usize
     }
+}
+
+// A setting that came later does not enter the hash of scenes that leave it out.
+fn is_none(share: &f64) -> bool {
+    *share == 0.0
 }

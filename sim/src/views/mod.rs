@@ -46,7 +46,8 @@ pub fn training_views(
 ) -> Result<ViewSet, SimError> {
     budget::check_views(conditions, instances)?;
     let chunks = instances.div_ceil(CHUNK);
-    let draws = Catalog::new(&conditions.families, &conditions.meshes, split).in_turn(chunks * CHUNK);
+    let draws = Catalog::new(&conditions.families, &conditions.meshes, split)
+        .in_turn_beside_composites(chunks * CHUNK, |index| conditions.views.is_composite(split, index));
     if draws.len() < instances {
         let (field, got) = (ViewsSpec::field(split), draws.len());
         return Err(SimError::TooFewMeshes { field, wanted: instances, got, split });

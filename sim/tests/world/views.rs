@@ -48,6 +48,24 @@ fn more_instances_leave_the_first_as_they_were() {
 }
 
 #[test]
+fn a_share_of_composites_takes_the_place_of_the_world_s_kinds_but_not_in_tests() {
+    let mut mixed = conditions();
+    mixed.views.composites = 0.75;
+    for (split, expected) in [(Split::Train, 6), (Split::Validation, 6), (Split::Test, 0)] {
+        let set = make(&mixed, split, 8, 1);
+        let families: Vec<&str> = set.instances.iter().map(|instance| instance.family.as_str()).collect();
+        let composites = families.iter().filter(|&&family| family == "composite").count();
+        assert_eq!(composites, expected, "{split:?}: {families:?}");
+    }
+    let plain = make(&conditions(), Split::Train, 2, 1);
+    let families = |set: &ViewSet| -> Vec<String> {
+        let instances = set.instances.iter().filter(|instance| instance.family != "composite");
+        instances.map(|instance| instance.family.clone()).collect()
+    };
+    assert_eq!(families(&make(&mixed, Split::Train, 8, 1)), families(&plain));
+}
+
+#[test]
 fn splits_share_no_instance() {
     let sets = [Split::Train, Split::Validation, Split::Test].map(|split| make(&conditions(), split, 40, 1));
     for (i, set) in sets.iter().enumerate() {

@@ -93,6 +93,8 @@ pub enum ImportLayout {
     Bigbird,
     /// Active Vision: homes on a grid.
     Avd,
+    /// Photographs named by object and azimuth, as COIL-100's.
+    Folder,
 }
 
 /// The name of a command, for [`super::ManArgs`].
@@ -103,6 +105,14 @@ pub(super) fn command_name(name: &str) -> Result<String, String> {
         return Ok(name.to_owned());
     }
     Err(format!("there is no such command; expected one of {}", names.join(", ")))
+}
+
+/// Degrees above the horizon from which an azimuth can be told.
+pub(super) fn elevation(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if degrees.abs() <= 85.0 => Ok(degrees),
+        _ => Err("expected degrees from -85 to 85".to_owned()),
+    }
 }
 
 /// A number above 0.

@@ -1,18 +1,19 @@
 //! The command line of `bench`.
 
 mod choice;
+mod import;
 mod loudness;
+mod score;
 mod stages;
 
+use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice, TablesChoice};
-use choice::{command_name, positive};
+pub use import::ImportArgs;
 pub use loudness::LoudnessArgs;
+pub use score::ScoreArgs;
 pub use stages::{MakingArgs, StageArgs};
 
 use super::help::{EXAMPLES, EXIT_CODES};
-use crate::score::alignment::Alignment;
-use crate::score::pairs::MAX_TIME_DIFFERENCE;
-use crate::score::pose_error::Unit;
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
@@ -206,30 +207,6 @@ pub struct FiguresArgs {
     pub views: Option<PathBuf>,
 }
 
-/// `bench import LAYOUT DIR --out DIR`: real data in our own layout.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct ImportArgs {
-    /// The layout of the data.
-    #[arg(value_enum, value_name = "LAYOUT")]
-    pub layout: ImportLayout,
-    /// BigBIRD: the folder of the objects' folders. Active Vision: the folder of one scan.
-    #[arg(value_name = "DIR")]
-    pub source: PathBuf,
-    /// Folder that gets a view set (BigBIRD, or with `--views`) or an episode (Active Vision).
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Active Vision: the detections as a view set, which `bench train --views` reads, in place of an episode.
-    #[arg(long)]
-    pub views: bool,
-    /// Of a view set: the split that all objects are said to belong to.
-    /// `train` where it is not given.
-    #[arg(long, value_enum)]
-    pub split: Option<SplitChoice>,
-    /// Of a view set: only these objects, separated by commas.
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    pub objects: Vec<String>,
-}
-
 /// `bench look SCENE`: the scene as one picture.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct LookArgs {
@@ -294,35 +271,6 @@ pub struct ModelsArgs {
     /// Folder of intermediate results: a model that comes with the program is laid out in it.
     #[arg(long, value_name = "DIR", default_value = "cache")]
     pub cache: PathBuf,
-}
-
-/// `bench score TRUTH ESTIMATE`: how far two trajectories are apart.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct ScoreArgs {
-    /// The true trajectory: a TUM file.
-    #[arg(value_name = "TRUTH")]
-    pub truth: PathBuf,
-    /// The estimated one.
-    #[arg(value_name = "ESTIMATE")]
-    pub estimate: PathBuf,
-    /// What of the estimate's frame is free.
-    #[arg(long, value_enum, default_value_t)]
-    pub align: Alignment,
-    /// Of RPE: how far apart the two poses of a motion are.
-    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = positive)]
-    pub delta: f64,
-    /// In what `--delta` is counted.
-    #[arg(long, value_enum, default_value_t)]
-    pub unit: Unit,
-    /// Of RPE: motions from every pose, in place of one after the other.
-    #[arg(long)]
-    pub all_pairs: bool,
-    /// Poses so many seconds apart at most are of one time.
-    #[arg(long, value_name = "SECONDS", default_value_t = MAX_TIME_DIFFERENCE, value_parser = positive)]
-    pub max_difference: f64,
-    /// Prints JSON, and nothing else.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `bench train SCENE --out DIR`: the scene's model.

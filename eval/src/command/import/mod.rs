@@ -14,8 +14,8 @@ use error::ImportRefusal;
 use std::io::Write;
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet};
-use vantage_formats::ImportReport;
 use vantage_formats::avd::read_scan;
+use vantage_formats::{ImportReport, Turntable, read_turned_photos};
 
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
@@ -46,6 +46,7 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         #[cfg(not(feature = "formats"))]
         ImportLayout::Bigbird => return Err(crate::left_out::LeftOut::Formats.into()),
         ImportLayout::Avd => avd(args)?,
+        ImportLayout::Folder => folder(args)?,
     };
     for skipped in report.skipped.iter().take(TOLD) {
         progress.note(&format!("left out: {skipped}"));
@@ -85,6 +86,18 @@ fn avd(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
     let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);
     let (set, report) = scan.views(split(args), &takes);
+    Ok((Imported::Views(set), report))
+}
+
+fn folder(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
+    let turntable = Turntable {
+        elevation: args.elevation_deg.to_radians(),
+        distance: args.distance,
+        clockwise: args.clockwise,
+    };
+    let takes = |name: &str| args.objects.is_empty() || args.objects.iter().any(|object| object == name);
+    let (set, report) = read_turned_photos(&args.source, split(args), &turntable, &takes)?;
+    all_are_there(args, |name| set.instances.iter().any(|instance| instance.family == name))?;
     Ok((Imported::Views(set), report))
 }
 

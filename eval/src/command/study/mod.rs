@@ -9,7 +9,8 @@ use crate::command::folder::is_there;
 use crate::command::places::places;
 use crate::exit::Exit;
 use crate::pipeline::{
-    Pipeline, StudyViews, VariantModels, finished_model, study_views, variant_models, variant_scores,
+    Pipeline, StudyViews, Teller, VariantModels, finished_model, imported_views, study_views, test_views,
+    variant_models, variant_scores,
 };
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -21,9 +22,11 @@ use crate::result::report;
 use crate::result::results_file::{FILE_NAME, Results};
 use crate::result::table_text;
 use crate::scene_file;
+use crate::scene_file::row_name::GAUSSIAN_PROCESS;
 use crate::scene_file::study::{Scored, StudyFile, VariantError};
+use crate::score::known_views::known_view_scores;
 use crate::score::unseen_table::OF_LATENTS;
-use scores::StudyScores;
+use scores::{StudyScores, with_process};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -45,7 +48,14 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
     let finished = finished(&pipeline, &study, &args.study, &seeds)?;
-    let hash = study.hash(&pipeline.scene_hash)?;
+    let other = study
+        .scored_scene
+        .as_ref()
+        .map(|scene| Pipeline::open(&beside.join(scene), &args.making.cache, args.making.renderer.into()));
+    let other = other.transpose()?;
+    let scenes = [Some(&pipeline), other.as_ref()];
+    let hashes_of_scenes = scenes.into_iter().flatten().map(|scene| scene.scene_hash.as_str());
+    let hash = study.hash(&hashes_of_scenes.collect::<Vec<_>>().join(" "))?;
     let mut manifest = Manifest {
         renderer: Renderer::from(&pipeline.renderer_info),
         options: serde_json::to_value(args)?,
@@ -54,8 +64,12 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     };
 
     let started = Instant::now();
-    let imported = study.views.as_ref().map(|views| beside.join(views));
-    let views = study_views(&pipeline, &study, imported.as_deref())?;
+    let elsewhere = match (&study.views, &other) {
+        (Some(folder), _) => Some(vec![imported_views(&beside.join(folder))?]),
+        (None, Some(other)) => Some(test_views(other, other.file.evaluation.seeds.as_slice())?),
+        (None, None) => None,
+    };
+    let views = study_views(&pipeline, &study, elsewhere)?;
     manifest.took("views", started.elapsed());
     manifest.dataset_hash = Some(views.hash());
     finished.values().try_for_each(|models| views.check_finished(models))?;
@@ -132,6 +146,12 @@ fn scored(
     manifest: &mut Manifest,
 ) -> Result<(StudyScores, Option<Vec<u8>>), BenchError> {
     let (mut scores, mut map) = (StudyScores::default(), None);
+    for &known in &study.known_views {
+        let told = views.known_views(pipeline, known, Teller::Process)?.unwrap_or_default();
+        for seed in 1..=study.seeds {
+            scores.told(known, GAUSSIAN_PROCESS, Seed(seed), known_view_scores(&told));
+        }
+    }
     for (number, variant) in study.variants.iter().enumerate() {
         let started = Instant::now();
         let models = match finished.remove(variant.name.as_str()) {
@@ -145,6 +165,15 @@ fn scored(
             match model {
                 Ok(model) => {
                     scores.scored(&variant.name, seed, &variant_scores(pipeline, views, &model)?);
+                    for &known in &study.known_views {
+                        let (name, model) = (&variant.name, &*model.model);
+                        let rows =
+                            [(name.clone(), Teller::Model(model)), (with_process(name), Teller::Both(model))];
+                        for (row, teller) in rows {
+                            let told = views.known_views(pipeline, known, teller)?.unwrap_or_default();
+                            scores.told(known, &row, seed, known_view_scores(&told));
+                        }
+                    }
                 }
                 Err(failure) => scores.failed(&variant.name, seed, &failure),
             }
@@ -159,6 +188,10 @@ fn variants(study: &StudyFile) -> String {
     let scored = match &study.views {
         Some(views) => format!("the views in {}", views.display()),
         None => study.scored.told().to_owned(),
+    };
+    let scored = match &study.scored_scene {
+        Some(scene) => format!("{scored}, of {}", scene.display()),
+        None => scored,
     };
     let notes = study.variants.iter().map(|variant| format!("- `{}`: {}\n", variant.name, variant.note));
     let (name, purpose, notes) = (&study.name, study.purpose.trim(), notes.collect::<String>());

@@ -2,10 +2,13 @@
 
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
+use crate::scene_file::row_name::GAUSSIAN_PROCESS;
 use crate::scene_file::study::StudyFile;
 use crate::score::embedding::Scores;
+use crate::score::known_views::METRICS;
 use crate::score::unseen::Unseen;
 use crate::score::unseen_table::{TABLES, UnseenTable};
+use std::collections::BTreeMap;
 use vantage_dataset::Seed;
 
 /// Runs, and the scores of floors, which know no model, by table.
@@ -13,6 +16,12 @@ use vantage_dataset::Seed;
 pub struct StudyScores {
     runs: [Vec<Run>; TABLES.len()],
     floors: [Scores; TABLES.len()],
+    known_views: BTreeMap<usize, Vec<Run>>,
+}
+
+/// The row of a variant with a process beside its model.
+pub fn with_process(variant: &str) -> String {
+    format!("{variant}+process")
 }
 
 impl StudyScores {
@@ -27,11 +36,20 @@ impl StudyScores {
         }
     }
 
+    /// Takes what a row tells of azimuths from `known` known views.
+    pub fn told(&mut self, known: usize, method: &str, seed: Seed, scores: Scores) {
+        let run = Run { method: method.to_owned(), seed, outcome: Outcome::Done, scores };
+        self.known_views.entry(known).or_default().push(run);
+    }
+
     /// Takes a training that gave no model.
     pub fn failed(&mut self, variant: &str, seed: Seed, reason: &str) {
         let outcome = Outcome::Failed(reason.to_owned());
         let run = Run { method: variant.to_owned(), seed, outcome, scores: Scores::new() };
         self.runs.iter_mut().for_each(|runs| runs.push(run.clone()));
+        for runs in self.known_views.values_mut() {
+            runs.extend([run.clone(), Run { method: with_process(variant), ..run.clone() }]);
+        }
     }
 
     /// Whether any model has a score.
@@ -41,6 +59,17 @@ impl StudyScores {
 
     /// The tables of all variants, compared with the first, and of floors.
     pub fn tables(self, study: &StudyFile, seeds: &[Seed]) -> Result<Vec<Table>, TableError> {
+        let names = study.variants.iter().map(|variant| variant.name.clone());
+        let names: Vec<String> = names
+            .flat_map(|name| [name.clone(), with_process(&name)])
+            .chain([GAUSSIAN_PROCESS.to_owned()])
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let of_known = self.known_views.into_iter().map(|(known, runs)| {
+            let name = format!("known_views_{known}");
+            Table::new(&name, &names, Some(GAUSSIAN_PROCESS), &METRICS, seeds, runs)
+        });
+        let of_known: Vec<Result<Table, TableError>> = of_known.collect();
         let runs = TABLES.iter().zip(self.runs).zip(self.floors);
         let table = |((table, mut runs), floor): ((&UnseenTable, Vec<Run>), Scores)| {
             let of_floor = |name: &str, &seed: &Seed| Run {
@@ -54,7 +83,7 @@ impl StudyScores {
             let names: Vec<&str> = variants.chain(table.floor()).collect();
             Table::new(table.name, &names, Some(names[0]), table.metrics(), seeds, runs)
         };
-        runs.map(table).collect()
+        runs.map(table).chain(of_known).collect()
     }
 }
 

@@ -3,9 +3,10 @@
 use crate::architecture::UPRIGHT;
 use crate::change::camera_motion;
 use crate::role::Convention;
-use crate::spec::{Loss, Motion, TrainingSpec};
+use crate::spec::{Frames, Loss, Motion, TrainingSpec};
 use crate::train::error::TrainError;
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use vantage_dataset::sighting::estimated_viewpoints;
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Crop, Seed, Sighting, Split, Stream, View, ViewSet, Viewpoint};
@@ -64,7 +65,7 @@ impl<'a> Views<'a> {
         }
         let (mut viewpoints, found) = match odometry {
             true => dead_reckoned(set, split)?,
-            false => known(set),
+            false => known(set, spec.frames, split, seed),
         };
         if spec.predictive.motion == Motion::TrueObjectCentred {
             viewpoints = set.views.iter().map(|view| Some(view.viewpoint)).collect();
@@ -182,13 +183,20 @@ fn two_of(views: &[usize], stream: &mut Stream) -> [usize; 2] {
 
 type Grouped = (Vec<Option<Viewpoint>>, Vec<(usize, Vec<usize>)>);
 
-/// True viewpoints, all views of an instance in one group.
-fn known(set: &ViewSet) -> Grouped {
+/// True viewpoints, in the frames that are asked for; all views of an instance in one group.
+fn known(set: &ViewSet, frames: Frames, split: Split, seed: Seed) -> Grouped {
     let mut groups = vec![Vec::new(); set.instances.len()];
     for (index, view) in set.views.iter().enumerate() {
         groups[view.instance].push(index);
     }
-    let viewpoints = set.views.iter().map(|view| Some(view.viewpoint)).collect();
+    let seed = seed.child(split.name(), 0);
+    let turn = |instance: usize| seed.stream("frame", instance as u64).uniform(-PI, PI);
+    let turns: Vec<f64> = (0..set.instances.len()).map(turn).collect();
+    let turned = |view: &View| match frames {
+        Frames::Canonical => view.viewpoint,
+        Frames::Random | Frames::None => view.viewpoint.turned(turns[view.instance]),
+    };
+    let viewpoints = set.views.iter().map(|view| Some(turned(view))).collect();
     (viewpoints, groups.into_iter().enumerate().collect())
 }
 
@@ -268,6 +276,25 @@ pub fn view_set_hash(set: &ViewSet) -> String {
 mod tests {
     use super::*;
     use crate::train::synthetic;
+
+    #[test]
+    fn random_frames_turn_all_views_of_an_instance_alike_and_instances_apart() {
+        let set = synthetic::views(Split::Train, 3, 4, 1);
+        let azimuths = |frames: Frames| -> Vec<f64> {
+            let spec = TrainingSpec { frames, ..TrainingSpec::default() };
+            let views = Views::new(&set, Split::Train, 2, &spec, Seed(0), false).unwrap();
+            (0..set.views.len()).map(|view| views.azimuth(view)).collect()
+        };
+        let (canonical, random) = (azimuths(Frames::Canonical), azimuths(Frames::Random));
+        let truth: Vec<f64> = set.views.iter().map(|view| view.viewpoint.azimuth()).collect();
+        assert_eq!(canonical, truth);
+        let turn = |view: usize| (random[view] - canonical[view]).rem_euclid(2.0 * PI);
+        let turns = [0, 4, 8].map(turn);
+        for view in 0..12 {
+            assert!((turn(view) - turns[view / 4]).abs() < 1e-9, "view {view}");
+        }
+        assert!((turns[0] - turns[1]).abs() > 1e-3 && (turns[1] - turns[2]).abs() > 1e-3, "{turns:?}");
+    }
 
     #[test]
     fn pairs_of_different_groups_are_of_one_group_each_and_of_none_twice() {

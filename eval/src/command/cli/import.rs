@@ -1,0 +1,40 @@
+//! Options of `bench import`.
+
+use super::choice::{elevation, positive};
+use super::{ImportLayout, SplitChoice};
+use clap::Args;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// `bench import LAYOUT DIR --out DIR`: real data in our own layout.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct ImportArgs {
+    /// The layout of the data.
+    #[arg(value_enum, value_name = "LAYOUT")]
+    pub layout: ImportLayout,
+    /// BigBIRD: the folder of the objects' folders. Active Vision: the folder of one scan. Folder: that of the photographs.
+    #[arg(value_name = "DIR")]
+    pub source: PathBuf,
+    /// Folder that gets a view set (BigBIRD, a folder, or with `--views`) or an episode (Active Vision).
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Active Vision: the detections as a view set, which `bench train --views` reads, in place of an episode.
+    #[arg(long)]
+    pub views: bool,
+    /// Of a view set: the split that all objects are said to belong to.
+    /// `train` where it is not given.
+    #[arg(long, value_enum)]
+    pub split: Option<SplitChoice>,
+    /// Of a view set: only these objects, separated by commas.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub objects: Vec<String>,
+    /// Folder: elevation of the camera, degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 25.0, allow_negative_numbers = true, value_parser = elevation)]
+    pub elevation_deg: f64,
+    /// Folder: distance of the camera, in sizes of the object.
+    #[arg(long, value_name = "SIZES", default_value_t = 5.0, value_parser = positive)]
+    pub distance: f64,
+    /// Folder: azimuths grow clockwise, seen from above.
+    #[arg(long)]
+    pub clockwise: bool,
+}

@@ -1,0 +1,94 @@
+//! Stage `known_views`: azimuths of objects that were seen from a few known viewpoints, by a model, by a Gaussian process alone, and by one
+//! whose prior mean is the model.
+
+use super::{ModelRefusal, Pipeline, ScoredViews, StageError, code};
+use crate::score::known_views::{KnownViewTrial, information_scale, known_view_trials, residuals};
+use vantage_dataset::store::Key;
+use vantage_dataset::{Crop, ViewSet};
+use vantage_learn::gaussian_process::{GaussianProcess, Hyperparameters};
+use vantage_learn::residual_process::{ResidualHyperparameters, ResidualProcess};
+use vantage_learn::{Kind, Model};
+use vantage_model::{AnswerError, ObservationModel};
+
+const FILE: &str = "known_views.json";
+const SCALE: &str = "scale.json";
+const FITTED: &str = "residual_process.json";
+
+/// What tells the azimuth.
+#[derive(Clone, Copy)]
+pub enum Teller<'a> {
+    /// A Gaussian process per object on pixels.
+    Process,
+    /// A model of looks.
+    Model(&'a Model),
+    /// That with a process beside it.
+    Both(&'a Model),
+}
+
+impl Teller<'_> {
+    fn identity(&self) -> (&'static str, &str) {
+        match self {
+            Teller::Process => ("process", ""),
+            Teller::Model(model) => ("model", model.hash()),
+            Teller::Both(model) => ("both", model.hash()),
+        }
+    }
+}
+
+/// The queries of all sets together. Processes are fitted on the views of `validation`, of that seal. `None` of a model that tells no
+/// looks, or whose residuals cannot be fitted.
+pub fn known_views(
+    pipeline: &Pipeline,
+    (validation, seal): (&ViewSet, &str),
+    sets: &[ScoredViews],
+    known: usize,
+    teller: Teller<'_>,
+) -> Result<Option<Vec<KnownViewTrial>>, StageError> {
+    let cache = &pipeline.cache;
+    let of_set = |model: &dyn ObservationModel, free_yaw: bool| {
+        let (kind, hash) = teller.identity();
+        let key = Key::new("known_views_scale", &(code::SCORED, seal, known, kind, hash))?;
+        let scale: f64 = cache.json(&key, SCALE, || {
+            Ok(information_scale(validation, known, model, free_yaw).map_err(refused)?)
+        })?;
+        let trials: Result<Vec<Vec<KnownViewTrial>>, StageError> = sets
+            .iter()
+            .map(|scored| {
+                let key = Key::new("known_views", &(code::SCORED, &scored.seal, seal, known, kind, hash))?;
+                let found =
+                    || Ok(known_view_trials(&scored.set, known, model, free_yaw, scale).map_err(refused)?);
+                cache.json(&key, FILE, found)
+            })
+            .collect();
+        Ok(Some(trials?.concat()))
+    };
+    let (Teller::Model(model) | Teller::Both(model)) = teller else {
+        return of_set(&process(validation).map_err(refused)?, false);
+    };
+    let Some(viewing) = model.viewing() else { return Ok(None) };
+    let free_yaw = model.manifest().kind == Kind::ViewpointDependent;
+    if matches!(teller, Teller::Model(_)) {
+        return of_set(viewing, free_yaw);
+    }
+    let key = Key::new("residual_process", &(code::SCORED, seal, model.hash()))?;
+    let fitted: Option<ResidualHyperparameters> = cache.json(&key, FITTED, || {
+        let objects = residuals(validation, viewing, free_yaw).map_err(refused)?;
+        Ok(ResidualHyperparameters::fit(&objects, viewing.noise().degrees_of_freedom()))
+    })?;
+    let Some(fitted) = fitted else { return Ok(None) };
+    of_set(&ResidualProcess::new(viewing, &fitted).map_err(refused)?, free_yaw)
+}
+
+/// A process on pixels, with the deviations of most marginal likelihood of these objects.
+fn process(validation: &ViewSet) -> Result<GaussianProcess, AnswerError> {
+    let mut objects: Vec<Vec<(&Crop, f64)>> = vec![Vec::new(); validation.instances.len()];
+    for view in &validation.views {
+        objects[view.instance].push((&view.crop, view.viewpoint.azimuth()));
+    }
+    let degrees_of_freedom = Hyperparameters::FITTED.degrees_of_freedom;
+    GaussianProcess::new(Hyperparameters { degrees_of_freedom, ..Hyperparameters::fit(&objects).0 })
+}
+
+fn refused(error: AnswerError) -> ModelRefusal {
+    ModelRefusal::Answer(error)
+}

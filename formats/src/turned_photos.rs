@@ -1,0 +1,252 @@
+//! Photographs of objects from known azimuths, by the names of their files, as COIL-100 (Nene et al. 1996) has them.
+//!
+//! `OBJECT__AZIMUTH.png` or `.jpg`, the azimuth in degrees; `OBJECT__AZIMUTH_mask.png` beside it, where there is one, is not 0 where the
+//! object is. Files in the folder itself are one session, those of each folder in it another.
+
+use crate::import::{ImportError, ImportReport};
+use crate::picture::{read_jpeg, read_png};
+use image::RgbImage;
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use vantage_dataset::views::InstanceRecord;
+use vantage_dataset::window::{Labelled, Window, cut};
+use vantage_dataset::{Crop, InstanceId, Mask, Split, Symmetry, View, ViewSet, Viewpoint};
+
+/// A pixel without a mask is the object's where a channel is above this.
+const BLACK: u8 = 24;
+const MASK: &str = "_mask";
+
+/// What file names do not say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turntable {
+    /// Elevation of the camera, radians.
+    pub elevation: f64,
+    /// Distance of the camera over the object's size.
+    pub distance: f64,
+    /// Whether azimuths grow clockwise, seen from above.
+    pub clockwise: bool,
+}
+
+/// One photograph.
+struct Photo {
+    session: usize,
+    /// Radians, as the name says.
+    azimuth: f64,
+    path: PathBuf,
+    mask: Option<PathBuf>,
+}
+
+/// Reads the views of the objects that `takes` says, ordered by object, session, azimuth.
+///
+/// What does not decode, or shows no object, is left out and reported.
+///
+/// # Errors
+///
+/// A folder that cannot be read, and one object at one azimuth twice in a session.
+pub fn read_turned_photos(
+    root: &Path,
+    split: Split,
+    turntable: &Turntable,
+    takes: &dyn Fn(&str) -> bool,
+) -> Result<(ViewSet, ImportReport), ImportError> {
+    let mut set = ViewSet { split, instances: Vec::new(), views: Vec::new() };
+    let mut report = ImportReport::default();
+    for (name, photos) in photos(root)?.into_iter().filter(|(name, _)| takes(name)) {
+        let instance = set.instances.len();
+        let first = set.views.len();
+        for Photo { session, azimuth, path, mask } in photos {
+            let crop = match crop(&path, mask.as_deref()) {
+                Ok(Some(crop)) => crop,
+                Ok(None) => {
+                    report.skip(path, "no pixel is the object's");
+                    continue;
+                }
+                Err(error) => {
+                    report.skip(path, error);
+                    continue;
+                }
+            };
+            let viewpoint = turntable.viewpoint(azimuth);
+            set.views.push(View {
+                instance,
+                session,
+                viewpoint,
+                crop,
+                visible_fraction: 1.0,
+                box_center_error: [0.0; 2],
+                sighting: None,
+            });
+        }
+        if set.views.len() > first {
+            let id = InstanceId::of_name(&name);
+            set.instances.push(InstanceRecord { id, family: name, symmetry: Symmetry::None });
+        }
+    }
+    report.views = set.views.len();
+    Ok((set, report))
+}
+
+impl Turntable {
+    fn viewpoint(&self, azimuth: f64) -> Viewpoint {
+        let azimuth = if self.clockwise { -azimuth } else { azimuth };
+        let ((sin, cos), (up, out)) = (libm::sincos(azimuth), libm::sincos(self.elevation));
+        Viewpoint {
+            direction: Vector3::new(out * cos, out * sin, up),
+            roll: 0.0,
+            log_distance: libm::log(self.distance),
+        }
+    }
+}
+
+/// The photographs of each object by name, by session and azimuth.
+fn photos(root: &Path) -> Result<BTreeMap<String, Vec<Photo>>, ImportError> {
+    let mut folders = vec![root.to_owned()];
+    folders.extend(entries(root)?.into_iter().filter(|path| path.is_dir()));
+    let mut found: BTreeMap<String, Vec<Photo>> = BTreeMap::new();
+    for (session, folder) in folders.iter().enumerate() {
+        let files: BTreeSet<PathBuf> = entries(folder)?.into_iter().filter(|path| path.is_file()).collect();
+        for path in &files {
+            let Some((name, degrees)) = named(path) else { continue };
+            let mask = path.with_file_name(format!("{}{MASK}.png", stem(path)));
+            let mask = files.contains(&mask).then_some(mask);
+            let (azimuth, own) = (degrees.to_radians(), found.entry(name.clone()).or_default());
+            if own.iter().any(|other| other.session == session && other.azimuth == azimuth) {
+                let (got, expected) = (format!("{name} at {degrees} degrees twice"), "each azimuth once");
+                let remedy = "leave out one of the files, or put it into a folder of its own";
+                return Err(ImportError::invalid(path, "name", got, expected, remedy));
+            }
+            own.push(Photo { session, azimuth, path: path.clone(), mask });
+        }
+    }
+    for photos in found.values_mut() {
+        photos.sort_by(|a, b| a.session.cmp(&b.session).then(a.azimuth.total_cmp(&b.azimuth)));
+    }
+    Ok(found)
+}
+
+/// Object and azimuth, degrees; `None` of any other file.
+fn named(path: &Path) -> Option<(String, f64)> {
+    is_png(path).or(path.extension().filter(|end| *end == "jpg" || *end == "jpeg").map(|_| false))?;
+    let stem = stem(path);
+    let (object, degrees) = stem.rsplit_once("__")?;
+    let degrees = degrees.parse::<f64>().ok().filter(|degrees| degrees.is_finite())?;
+    (!object.is_empty()).then(|| (object.to_owned(), degrees))
+}
+
+fn is_png(path: &Path) -> Option<bool> {
+    path.extension().filter(|end| *end == "png").map(|_| true)
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
+    let read = || -> std::io::Result<Vec<PathBuf>> {
+        let mut paths: Vec<PathBuf> =
+            std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+        paths.sort();
+        Ok(paths)
+    };
+    read().map_err(ImportError::read(folder))
+}
+
+/// The crop of a photograph; `None` where no pixel is the object's.
+fn crop(path: &Path, mask: Option<&Path>) -> Result<Option<Crop>, ImportError> {
+    let image = if is_png(path).is_some() { read_png(path)? } else { read_jpeg(path)? };
+    let is_object = |pixel: &[u8]| pixel.iter().any(|&value| value > BLACK);
+    let ids: Vec<u32> = match mask {
+        None => image.as_raw().chunks_exact(3).map(|pixel| u32::from(is_object(pixel))).collect(),
+        Some(file) => of_mask(file, &image)?,
+    };
+    let Some(silhouette) = Mask::of(&ids, image.width() as usize, 1) else { return Ok(None) };
+    let labelled = Labelled { width: image.width() as usize, rgb: image.as_raw(), ids: &ids };
+    let window = Window::around(&silhouette.bounding_box);
+    Ok(Some(cut(&labelled, &window, mask.map(|_| 1))))
+}
+
+fn of_mask(file: &Path, image: &RgbImage) -> Result<Vec<u32>, ImportError> {
+    let mask = read_png(file)?;
+    if mask.dimensions() != image.dimensions() {
+        let (got, expected) = (format!("{:?}", mask.dimensions()), format!("{:?}", image.dimensions()));
+        return Err(ImportError::invalid(file, "size", got, expected, "make the mask as large as its image"));
+    }
+    let inside = |pixel: &[u8]| u32::from(pixel.iter().any(|&value| value > 0));
+    Ok(mask.as_raw().chunks_exact(3).map(inside).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::Rgb;
+
+    const TURNTABLE: Turntable = Turntable { elevation: 0.4, distance: 5.0, clockwise: false };
+
+    /// A white box on black, at the left of the image.
+    fn write(path: &Path) {
+        let pixel = |x: u32, y: u32| if x < 8 && (4..20).contains(&y) { Rgb([200; 3]) } else { Rgb([3; 3]) };
+        RgbImage::from_fn(24, 24, pixel).save(path).unwrap();
+    }
+
+    fn read(folder: &Path) -> Result<(ViewSet, ImportReport), ImportError> {
+        read_turned_photos(folder, Split::Test, &TURNTABLE, &|name| name != "left_out")
+    }
+
+    #[test]
+    fn objects_sessions_and_azimuths_are_read_from_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("evening")).unwrap();
+        for name in ["cup__90.png", "cup__5.5.png", "a__b__0.png", "left_out__0.png", "evening/cup__90.png"] {
+            write(&at(name));
+        }
+        std::fs::write(at("notes.txt"), "none").unwrap();
+        std::fs::write(at("cup__7.png"), "no image").unwrap();
+        RgbImage::new(8, 8).save(at("cup__8.png")).unwrap();
+        let (set, report) = read(folder.path()).unwrap();
+        let names: Vec<&str> = set.instances.iter().map(|instance| instance.family.as_str()).collect();
+        assert_eq!(names, ["a__b", "cup"]);
+        let seen: Vec<(usize, usize, i64)> = set
+            .views
+            .iter()
+            .map(|view| {
+                (view.instance, view.session, (10.0 * view.viewpoint.azimuth().to_degrees()).round() as i64)
+            })
+            .collect();
+        assert_eq!(seen, [(0, 0, 0), (1, 0, 55), (1, 0, 900), (1, 1, 900)]);
+        assert!((set.views[0].viewpoint.elevation() - 0.4).abs() < 1e-12);
+        assert_eq!((report.views, report.skipped.len()), (4, 2));
+    }
+
+    #[test]
+    fn azimuths_may_grow_the_other_way_round() {
+        let clockwise = Turntable { clockwise: true, ..TURNTABLE };
+        assert!((clockwise.viewpoint(1.0).azimuth() + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_mask_says_what_is_the_object_and_has_to_fit() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        write(&at("cup__0.png"));
+        let whole = read(folder.path()).unwrap().0.views.remove(0).crop;
+        RgbImage::from_fn(24, 24, |x, y| Rgb([u8::from(x < 4 && y < 12); 3]))
+            .save(at("cup__0_mask.png"))
+            .unwrap();
+        let masked = read(folder.path()).unwrap().0.views.remove(0).crop;
+        let bright = |crop: &Crop| crop.0.iter().filter(|&&value| value > 100).count();
+        assert!(bright(&masked) > 0 && bright(&masked) < bright(&whole));
+        RgbImage::new(5, 5).save(at("cup__0_mask.png")).unwrap();
+        let (set, report) = read(folder.path()).unwrap();
+        assert!(set.instances.is_empty() && report.skipped[0].reason.contains("as large as its image"));
+    }
+
+    #[test]
+    fn an_azimuth_that_is_there_twice_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        write(&folder.path().join("cup__0.png"));
+        write(&folder.path().join("cup__0.0.png"));
+        assert!(read(folder.path()).unwrap_err().to_string().contains("cup at 0 degrees twice"));
+    }
+}
