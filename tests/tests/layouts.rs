@@ -125,7 +125,7 @@ fn photographs_are_read_by_the_names_of_their_files() {
     fs::create_dir(at("empty")).unwrap();
     let mut command = bench();
     command.args(["import", "folder"]).arg(at("empty")).arg("--out").arg(at("nothing"));
-    Finished::of(&mut command).expect(4, &["nothing was written"]);
+    Finished::of(&mut command).expect(4, &[]);
 }
 
 #[test]

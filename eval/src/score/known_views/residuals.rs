@@ -11,13 +11,16 @@ const KNOWN: usize = 8;
 /// Most objects.
 const OBJECTS: usize = 128;
 
-/// Azimuths, radians, and whitened residuals of the views of each object's odd sessions, by the most probable latent of its first views
+/// Azimuth, radians, and whitened residual of each view of an object.
+type OfObject = Vec<(f64, DVector<f64>)>;
+
+/// Azimuths and whitened residuals of the views of each object's odd sessions, by the most probable latent of its first views
 /// of even sessions.
 pub fn residuals(
     set: &ViewSet,
     model: &dyn ObservationModel,
     free_yaw: bool,
-) -> Result<Vec<Vec<(f64, DVector<f64>)>>, AnswerError> {
+) -> Result<Vec<OfObject>, AnswerError> {
     let of_instance = |instance: usize| {
         let (seen, others) = known_and_asked(set, instance, KNOWN);
         let (Some(object), yaw) = posterior(model, &seen, free_yaw)? else { return Ok(Vec::new()) };
