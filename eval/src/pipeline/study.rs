@@ -103,7 +103,7 @@ impl StudyViews {
         })
     }
 
-    /// The queries of a teller of azimuths, of objects with so many known views: see [`known_views`]. Its process is fitted on the
+    /// The queries of a teller of azimuths, of objects with so many known views. Its process is fitted on the
     /// validation views.
     pub fn known_views(
         &self,

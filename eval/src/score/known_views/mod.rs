@@ -94,8 +94,8 @@ pub fn known_view_trials(
     Ok(queries(set, known, model, free_yaw)?.into_iter().map(trial).collect())
 }
 
-/// By what likelihoods should count for the true azimuths of these objects to be most probable: the best of [`SCALES`]; the first
-/// [`CALIBRATING`] objects are asked.
+/// By what likelihoods should count for the true azimuths of these objects to be most probable: the best of a
+/// grid; the first 64 objects are asked.
 pub fn information_scale(
     set: &ViewSet,
     known: usize,
