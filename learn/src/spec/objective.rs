@@ -28,7 +28,6 @@ pub(crate) struct Traits {
     /// What the networks are told of viewpoints, if anything.
     pub(crate) convention: Option<Convention>,
     /// What stage 1 learns: a task that serves the objective and reads no more than that may.
-    #[cfg_attr(not(feature = "train"), expect(dead_code, reason = "read by trainings"))]
     pub(crate) task: Task,
     /// What stage 2 descends.
     pub(crate) loss: Loss,
