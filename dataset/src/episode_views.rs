@@ -7,6 +7,7 @@ use crate::sighting::Sighting;
 use crate::viewpoint::Viewpoint;
 use crate::views::{InstanceRecord, View, ViewSet, box_center_error};
 use nalgebra::{UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
 
 /// The detections of the objects that `takes` says, each object an instance whose views are one session.
 ///
@@ -49,6 +50,33 @@ pub fn episode_views(episode: &Episode, split: Split, takes: &dyn Fn(&ObjectTrut
         }
     }
     set
+}
+
+/// Likewise of several episodes: the views of an instance that occurs in more than one are as many sessions, in their order.
+pub fn episodes_views<'a>(
+    episodes: impl IntoIterator<Item = &'a Episode>,
+    split: Split,
+    takes: &dyn Fn(&ObjectTruth) -> bool,
+) -> ViewSet {
+    let mut instances: Vec<InstanceRecord> = Vec::new();
+    let mut views: Vec<Vec<View>> = Vec::new();
+    for episode in episodes {
+        let set = episode_views(episode, split, takes);
+        let mut sessions = BTreeMap::new();
+        for view in set.views {
+            let record = &set.instances[view.instance];
+            let instance = instances.iter().position(|known| known.id == record.id).unwrap_or_else(|| {
+                instances.push(record.clone());
+                views.push(Vec::new());
+                instances.len() - 1
+            });
+            let session = *sessions
+                .entry(instance)
+                .or_insert_with(|| views[instance].last().map_or(0, |last: &View| last.session + 1));
+            views[instance].push(View { instance, session, ..view });
+        }
+    }
+    ViewSet { split, instances, views: views.into_iter().flatten().collect() }
 }
 
 /// The camera at each step by odometry alone: z up, origin and heading those of the robot at the first step.
@@ -138,6 +166,20 @@ mod tests {
         let centred = |view: &View| view.box_center_error.iter().all(|error| error.abs() < 1e-9);
         assert!(set.views.iter().all(|view| view.instance == 0 && centred(view)));
         assert!(episode_views(&episode(), Split::Train, &|object| object.family == "can").views.is_empty());
+    }
+
+    #[test]
+    fn an_instance_of_several_episodes_has_as_many_sessions() {
+        let (first, mut second) = (episode(), episode());
+        second.observations.detections.retain(|detection| detection.step > 0);
+        second.truth.detections.truncate(second.observations.detections.len());
+        second.observations.detections[1].track = 1;
+        let set = episodes_views([&first, &second], Split::Test, &|_| true);
+        let families: Vec<&str> = set.instances.iter().map(|instance| instance.family.as_str()).collect();
+        assert_eq!(families, ["mug", "can"]);
+        let seen: Vec<(usize, usize)> = set.views.iter().map(|view| (view.instance, view.session)).collect();
+        let mug = [(0, 0), (0, 0), (0, 0), (0, 0), (0, 1), (0, 1), (0, 1)];
+        assert_eq!(seen, [&mug[..], &[(1, 0)]].concat());
     }
 
     #[test]

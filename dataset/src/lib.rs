@@ -52,7 +52,7 @@ pub use episode::{
     BoundingBox, CenterDepth, Detection, DetectionTruth, Episode, Extents, LandmarkSighting, ObjectTruth,
     Observations, Odometry, Truth,
 };
-pub use episode_views::episode_views;
+pub use episode_views::{episode_views, episodes_views};
 pub use instance::{InstanceId, Split, Symmetry};
 pub use mask::Mask;
 pub use sample::Sample;

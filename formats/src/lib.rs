@@ -4,7 +4,7 @@
 //! |---|---|---|---|---|
 //! | WebDataset | a crop | [`CropWriter`] | | webdataset, Hugging Face datasets |
 //! | Parquet | a crop | [`CropWriter`] | | Hugging Face datasets, pandas, polars |
-//! | BOP, in folders or as WebDataset | an image | [`BopWriter`] | | bop_toolkit and what follows it |
+//! | BOP, in folders or as WebDataset | an image | [`BopWriter`] | [`BopScenes`] (folders) | bop_toolkit and what follows it |
 //! | BigBIRD (Singh et al. 2014) | an image of one object on a turntable | [`bigbird::BigBirdWriter`] | [`bigbird::read_objects`] | |
 //! | Active Vision (Ammirato et al. 2017) | an image of a home, in a grid | [`avd::AvdWriter`] | [`avd::read_scan`] | |
 //! | g2o | a pose graph | [`g2o::encode`] | | g2o, GTSAM, Ceres, SE-Sync |
@@ -16,12 +16,12 @@
 //! | module | what it holds |
 //! |---|---|
 //! | `crops` | WebDataset and Parquet: options, rows, writers, the card for Hugging Face |
-//! | `bop` | BOP's annotations, meshes, scene folders and shards; `rle` are its masks |
+//! | `bop` | BOP's annotations, meshes, scene folders and shards, and what reads them; `rle` are its masks |
 //! | [`bigbird`], [`avd`] | each a reader, a writer and what both know of the files |
 //! | [`mat5`], [`hdf5`], `picture`, `image_file` | files that several formats are made of |
 //! | `shard` | a dataset written shard by shard, taken up where it was left, and its manifest |
 //! | `import` | what a reader leaves out, and what stops it |
-//! | `meeting`, `rigid`, `lens` | where lines of sight meet in spite of outliers; rotations from matrices; distortion |
+//! | `meeting`, `rigid`, `mean_pose`, `lens` | where lines of sight meet in spite of outliers; rotations from matrices; means; distortion |
 //!
 //! Writers take samples one by one. Those of crops and BOP hold no more than one shard of them; what a shard holds
 //! depends on the samples and options alone: not on threads, and not on how often writing was interrupted. [`Opened`]
@@ -40,6 +40,7 @@ mod image_file;
 mod import;
 mod lens;
 pub mod mat5;
+mod mean_pose;
 mod meeting;
 pub mod mh;
 pub mod mu;
@@ -54,7 +55,10 @@ mod turned_photos;
 #[cfg(feature = "parquet")]
 mod tests;
 
-pub use bop::{BopLayout, BopOptions, BopWriter, ObjectModel, Scene, Texture};
+pub use bop::{
+    BopArrangement, BopLayout, BopOptions, BopScenes, BopWriter, DetectionLimits, MeshGeometry, ObjectModel,
+    ReadModel, Scene, Silhouettes, Texture, scene_folders,
+};
 pub use crops::{CropLayout, CropOptions, CropWriter};
 pub use import::{ImportError, ImportReport, Problem, Skipped};
 pub use lens::Lens;

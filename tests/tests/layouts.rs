@@ -90,6 +90,18 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
         ["| own ", "| own+process ", "| gaussian_process "].iter().all(|row| known.contains(row)),
         "{known}"
     );
+    let own = "variants:\n  - { name: own, note: trained on images, folder: model }\n";
+    scene.study("simulated", &format!("seeds: 1\nknown_views: [2]\n{own}")).expect(0, &[]);
+    let pictures = |study: &str| {
+        let is_there = |name: &str| scene.path(&format!("out/studies/{study}")).join(name).exists();
+        ["latents.svg", "latents.png", "worst_azimuths.png"].map(is_there)
+    };
+    assert_eq!(pictures("imported"), [true, false, false], "no image of others is shown");
+    assert_eq!(pictures("simulated"), [false, true, true]);
+    let trained = "training_views: train\nvalidation_views: validation\nscored: known\nseeds: 1\n";
+    scene.study("known", &format!("{trained}variants:\n  - {{ name: own, note: same }}\n")).expect(0, &[]);
+    let variants = "variants:\n  - { name: own, note: same, model: { objective: viewpoint_predictive } }\n";
+    scene.study("blind", &format!("{trained}{variants}")).expect(2, &["import views that have it"]);
     study("test", "scored_scene: scene.yaml\n").expect(2, &["scored_scene", "beside `views`"]);
     let mut figures = scene.on(&["figures"], "scene.yaml");
     figures.arg("--model").arg(scene.path("model")).arg("--views").arg(scene.path("test"));
@@ -264,4 +276,69 @@ fn a_format_that_a_scene_does_not_have_is_refused() {
     dataset(&scene, "bigbird", "1").expect(2, &["--format bigbird", "turntable"]);
     dataset(&scene, "avd", "1").expect(2, &["--format avd", "grid"]);
     assert!(!scene.path("d").exists(), "an empty folder is left");
+}
+
+#[test]
+fn what_was_written_as_bop_is_read_as_the_same_episodes() {
+    let scene = SmallScene::new(&[]);
+    dataset(&scene, "vantage,bop", "2").expect(0, &[]);
+    let import = |out: &str, more: &[&str]| {
+        let mut command = bench();
+        command.args(["import", "bop"]).arg(scene.path("d/bop")).arg("--out").arg(scene.path(out)).args(more);
+        Finished::of(&mut command)
+    };
+    let like = scene.path("scene.yaml");
+    let like = ["--like", like.to_str().unwrap()];
+    import("episodes", &[&like[..], &["--draws", "2"]].concat()).expect(0, &[]);
+    for seed in 0..2 {
+        let own = read_episode(&scene.path(&format!("d/{seed}"))).unwrap();
+        let read = read_episode(&scene.path(&format!("episodes/{}", 2 * seed + 1))).unwrap();
+        assert_eq!(read.seed, Seed(2 * seed + 1));
+        let (seen, expected) = (&read.observations, &own.observations);
+        assert_eq!((seen.steps(), seen.detections.len()), (expected.steps(), expected.detections.len()));
+        let cameras = |episode: &vantage_dataset::Episode| -> Vec<vantage_dataset::Pose> {
+            let on_robot = episode.observations.robot_from_camera;
+            episode.truth.world_from_robot.iter().map(|pose| pose * on_robot).collect()
+        };
+        for (a, b) in cameras(&read).iter().zip(cameras(&own)) {
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-8);
+        }
+        let place = |episode: &vantage_dataset::Episode, track: usize| {
+            episode.truth.objects[track].world_from_object.translation.vector
+        };
+        for detection in &expected.detections {
+            let at = place(&own, detection.track);
+            let same = seen
+                .detections
+                .iter()
+                .find(|other| other.step == detection.step && (place(&read, other.track) - at).norm() < 1e-4);
+            let same = same.unwrap();
+            assert_eq!(same.bounding_box, detection.bounding_box);
+            assert_eq!(same.mask_pixels, detection.mask_pixels);
+        }
+        assert!(
+            seen.odometry[0].robot_from_robot
+                != read_episode(&scene.path(&format!("episodes/{}", 2 * seed)))
+                    .unwrap()
+                    .observations
+                    .odometry[0]
+                    .robot_from_robot
+        );
+    }
+    import("views", &[&like[..], &["--views", "--split", "test"]].concat()).expect(0, &[]);
+    let set = read_views(&scene.path("views")).unwrap();
+    assert!(set.views.iter().all(|view| view.sighting.is_some()));
+    import("none", &["--objects", "obj_000001"]).expect(2, &["--objects is for a view set"]);
+    import("none", &["--views", "--objects", "obj_000099"]).expect(2, &["no object obj_000099"]);
+
+    let recorded = |seeds: &str, folder: &str| {
+        let changed = format!("evaluation: {{ seeds: {seeds}, episodes: {folder} }}");
+        let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
+        let at = text.find("evaluation:").unwrap();
+        fs::write(scene.path("recorded.yaml"), format!("{}{changed}\n", &text[..at])).unwrap();
+        Finished::of(scene.on(&[], "recorded.yaml").arg("--out").arg(scene.path("out")))
+    };
+    recorded("5", "episodes").expect(2, &["no folder", "episodes/4"]);
+    recorded("2", "nowhere").expect(2, &["evaluation.episodes"]);
+    recorded("4", "episodes").expect(0, &[]);
 }

@@ -33,6 +33,10 @@ impl Cli {
             Some(Command::Train(args)) => (&mut args.scene, &args.making),
             Some(Command::Study(args)) => (&mut args.study, &args.making),
             Some(Command::Map(args)) => (&mut args.map, &args.making),
+            Some(Command::Import(args)) => {
+                let path = args.like.as_mut()?;
+                return Some(Source { path, kind, cache: &args.cache });
+            }
             Some(_) => return None,
         };
         Some(Source { path, kind, cache: &making.cache })

@@ -57,6 +57,21 @@ pub enum StageError {
         /// The folder.
         folder: PathBuf,
     },
+    /// A folder of recorded episodes is not there.
+    #[error(
+        "there is no folder {}, which the scene's evaluation.episodes names; write it with `bench import`, or leave the field out",
+        folder.display()
+    )]
+    NoEpisodes {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// An episode of a seed was not recorded.
+    #[error("there is no folder {}: ask for fewer seeds, those that were written", folder.display())]
+    NoEpisode {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// See [`AssociationEntryError`].
     #[error(transparent)]
     Associations(#[from] AssociationEntryError),
@@ -122,7 +137,10 @@ impl Ends for StageError {
             Self::Pairs(error) => error.exit(),
             Self::Table(error) => error.exit(),
             Self::Json(error) => error.exit(),
-            Self::NoViews { .. } | Self::NothingHeldOut { .. } => Exit::BadInput,
+            Self::NoViews { .. }
+            | Self::NoEpisodes { .. }
+            | Self::NoEpisode { .. }
+            | Self::NothingHeldOut { .. } => Exit::BadInput,
             Self::NotFinite { .. } | Self::StoredAnswers { .. } => Exit::StoredDataInvalid,
         }
     }

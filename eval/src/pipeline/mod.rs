@@ -49,7 +49,8 @@ pub use model_error::ModelRefusal;
 pub use online::{OnlineAnswer, OnlineRun, SeedOnline, online};
 #[cfg(feature = "train")]
 pub use study::{
-    StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models, variant_scores,
+    ImportedViews, StudyViews, VariantModel, VariantModels, finished_model, study_views, variant_models,
+    variant_scores,
 };
 pub use tables::{Tables, online_table, tables};
 #[cfg(feature = "train")]
@@ -119,6 +120,11 @@ impl Pipeline {
             progress,
             cache,
         })
+    }
+
+    /// The folder of episodes that take the place of simulated ones, if the scene names one.
+    pub fn recorded(&self) -> Option<PathBuf> {
+        self.file.evaluation.episodes.as_ref().map(|episodes| self.folder.join(episodes))
     }
 
     /// Whether a robot drives: in a scene of stations only single views are scored.

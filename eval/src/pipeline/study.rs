@@ -26,11 +26,36 @@ pub struct StudyViews {
     of_seen: bool,
 }
 
-/// Renders the views, where the cache has none; those to train on only where a variant is trained. `elsewhere` are scored in place
-/// of test instances.
+/// View sets that were imported, in place of those that a scene renders.
+#[derive(Clone, Debug, Default)]
+pub struct ImportedViews {
+    /// To train on.
+    pub training: Option<ScoredViews>,
+    /// To calibrate the noise on.
+    pub validation: Option<ScoredViews>,
+}
+
+impl ImportedViews {
+    /// How many instances a study can train on, how many of them it scores where it scores known ones, and whether a robot's odometry tells
+    /// of their views.
+    pub fn numbers(&self, pipeline: &Pipeline) -> (usize, usize, bool) {
+        let spec = &pipeline.scene.view_conditions().views;
+        match &self.training {
+            None => (spec.instances(Split::Train), spec.instances(Split::Test), spec.odometry.is_some()),
+            Some(ScoredViews { set, .. }) => {
+                let sighted = set.views.iter().all(|view| view.sighting.is_some());
+                (set.instances.len(), set.instances.len(), sighted)
+            }
+        }
+    }
+}
+
+/// Renders the views, where the cache has none and none were imported; those to train on only where a variant is trained. `elsewhere` are
+/// scored in place of test instances.
 pub fn study_views(
     pipeline: &Pipeline,
     study: &StudyFile,
+    imported: ImportedViews,
     elsewhere: Option<Vec<ScoredViews>>,
 ) -> Result<StudyViews, StageError> {
     let tested = || match elsewhere {
@@ -50,13 +75,17 @@ pub fn study_views(
         });
     }
     let seed = pipeline.file.training.seed;
-    let (mut training, first) = views(pipeline, Split::Train, seed, &mut |_| ())?;
-    let (validation, second) = views(pipeline, Split::Validation, seed, &mut |_| ())?;
+    let (_, known, _) = imported.numbers(pipeline);
+    let of = |imported: Option<ScoredViews>, split| match imported {
+        Some(ScoredViews { set, seal, .. }) => Ok((set, seal)),
+        None => views(pipeline, split, seed, &mut |_| ()),
+    };
+    let (mut training, first) = of(imported.training, Split::Train)?;
+    let (validation, second) = of(imported.validation, Split::Validation)?;
     let scored = match study.scored {
         Scored::Test => tested()?,
         Scored::Validation => vec![ScoredViews { seed, set: validation.clone(), seal: second.clone() }],
         Scored::Known => {
-            let known = pipeline.scene.view_conditions().views.instances(Split::Test);
             let set = held_out(&mut training, known);
             let missing = (0..known).find(|&instance| set.views.iter().all(|view| view.instance != instance));
             if let Some(instance) = missing {

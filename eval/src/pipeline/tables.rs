@@ -23,7 +23,8 @@ use vantage_learn::Kind;
 
 /// The tables, and what they are of.
 pub struct Tables {
-    /// `trajectory`, `consistency` and, where a row has latents, `semantics` where there are episodes; and those of unseen instances.
+    /// `trajectory`, `consistency` and, where a row has latents, `semantics` where there are episodes; and those of unseen instances where there are
+    /// any.
     pub tables: Vec<Table>,
     /// Detections of objects in all episodes.
     pub detections: usize,
@@ -91,7 +92,7 @@ pub fn tables(
     }
     let unseen: Vec<(&str, &[Unseen])> =
         models.iter().map(|model| model.name.as_str()).zip(unseen.iter().map(Vec::as_slice)).collect();
-    for table in &TABLES {
+    for table in TABLES.iter().filter(|_| unseen.iter().any(|(_, unseen)| !unseen.is_empty())) {
         tables.push(of_unseen(table, seeds, &unseen)?);
     }
     Ok(Tables { tables, detections })

@@ -10,6 +10,7 @@ use vantage_dataset::{Seed, Split, ViewSet};
 const FILE: &str = "unseen.json";
 
 /// Views of instances that models are scored on.
+#[derive(Clone, Debug)]
 pub struct ScoredViews {
     /// Their seed.
     pub seed: Seed,

@@ -147,6 +147,11 @@ pub struct EvaluationSpec {
     /// The seeds, each one episode.
     #[garde(skip)]
     pub seeds: Seeds,
+    /// Folder of episodes that were recorded, as `bench import` writes them, relative to the scene file: `SEED` each. They take the place of
+    /// simulated ones, so that world and robot are of no account.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub episodes: Option<PathBuf>,
 }
 
 fn is_known_version(version: &u32, _: &()) -> garde::Result {

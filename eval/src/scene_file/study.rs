@@ -36,6 +36,15 @@ pub struct StudyFile {
     #[serde(default)]
     #[garde(skip)]
     pub scored: Scored,
+    /// A view set, as `bench import` makes them, that variants are trained on in place of the scene's training views; relative to the
+    /// study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub training_views: Option<PathBuf>,
+    /// Likewise, in place of the scene's validation views.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub validation_views: Option<PathBuf>,
     /// A view set, as `bench import` makes them, whose instances are scored in place of the scene's test instances; relative to the
     /// study.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -67,8 +76,8 @@ pub enum Scored {
     /// The validation instances, where settings are chosen by the scores. They calibrate the noise, too, so that the table of
     /// calibration promises too much.
     Validation,
-    /// Instances that were trained on, as many as the scene has in a set of test instances, from viewpoints that were not: of each
-    /// of their sessions every fourth view is left out of the training.
+    /// Instances that were trained on, as many as the scene has in a set of test instances, or all of `training_views`, from viewpoints
+    /// that were not: of each of their sessions every fourth view is left out of the training.
     Known,
 }
 
@@ -167,7 +176,7 @@ impl Variant {
                 "folder names a trained model: leave out instances, families, composites and model".to_owned()
             }
             _ if instances > there => {
-                format!("instances is {instances}, but the scene has {there} training instances")
+                format!("instances is {instances}, but there are {there} training instances")
             }
             _ if instances < known => {
                 format!("instances is {instances}, but the first {known} are scored as known")

@@ -209,7 +209,8 @@ fn objects(
     objects
 }
 
-fn odometry(world_from_robot: &[Pose]) -> Vec<Odometry> {
+/// The true motion, with a covariance that is merely stated.
+pub(crate) fn odometry(world_from_robot: &[Pose]) -> Vec<Odometry> {
     let (r, t) = (ODOMETRY_ROTATION_SIGMA.powi(2), ODOMETRY_TRANSLATION_SIGMA.powi(2));
     let covariance = Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t));
     let pairs = world_from_robot.windows(2).enumerate();

@@ -27,6 +27,7 @@ mod objects;
 mod views;
 
 pub use export::AvdWriter;
+pub(crate) use import::odometry;
 pub use import::{
     AvdScan, ODOMETRY_ROTATION_SIGMA, ODOMETRY_TRANSLATION_SIGMA, read_scan, robot_from_camera,
 };

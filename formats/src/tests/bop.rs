@@ -2,7 +2,7 @@ use super::*;
 use crate::rle::Rle;
 use serde_json::Value;
 
-fn json(path: &Path) -> Value {
+pub(super) fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 

@@ -93,6 +93,8 @@ pub enum ImportLayout {
     Bigbird,
     /// Active Vision: homes on a grid.
     Avd,
+    /// BOP: images with the poses of objects, one folder a scene.
+    Bop,
     /// Photographs named by object and azimuth, as COIL-100's.
     Folder,
 }

@@ -50,7 +50,7 @@ pub enum Command {
     Headroom(ValidationArgs),
     /// Writes the index of a folder of results, and their tables anew.
     Index(IndexArgs),
-    /// Reads BigBIRD or Active Vision data into our own layout.
+    /// Reads BigBIRD, Active Vision or BOP data, or a folder of photographs, into our own layout.
     Import(ImportArgs),
     /// Lists scenes, models and studies that come with the program.
     List,

@@ -8,6 +8,11 @@ use vantage_learn::Model;
 
 /// File of the map with images beside it.
 pub const LATENTS: &str = "latents.png";
+/// Of the map without.
+pub const LATENTS_DOTS: &str = "latents.svg";
+
+/// A map as SVG, and with images beside it as PNG.
+pub type Map = (String, Vec<u8>);
 
 /// The latent of each view, by its invariant numbers.
 pub fn embeddings(model: &Model, set: &ViewSet) -> Result<Vec<Vec<f32>>, BenchError> {
@@ -16,7 +21,7 @@ pub fn embeddings(model: &Model, set: &ViewSet) -> Result<Vec<Vec<f32>>, BenchEr
 }
 
 /// The map of the embeddings of all views as SVG, and with images as PNG; `None` where t-SNE has too few.
-pub fn map(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<Option<(String, Vec<u8>)>, BenchError> {
+pub fn map(set: &ViewSet, embeddings: &[Vec<f32>]) -> Result<Option<Map>, BenchError> {
     let Some(points) = tsne(embeddings) else { return Ok(None) };
     let groups: Vec<usize> = set.views.iter().map(|view| view.instance).collect();
     let names = names(set);

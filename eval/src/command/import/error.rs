@@ -23,6 +23,9 @@ pub enum ImportRefusal {
     /// A folder to import from is that of an object, in place of that of all.
     #[error("{} holds the files of one object: name the folder above it", folder.display())]
     OneObject { folder: PathBuf },
+    /// A scene to be like is of no use to a view set of photographs.
+    #[error("--like is for `avd` and `bop`, whose odometry is made of true motions")]
+    NoMotion,
     /// Objects or a split are chosen of an episode, which has all objects and no split.
     #[error("{option} is for a view set: add --views")]
     ForViewSets { option: &'static str },

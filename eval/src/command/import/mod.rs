@@ -2,7 +2,9 @@
 
 #[cfg(feature = "formats")]
 mod bigbird;
+mod bop;
 pub mod error;
+mod like;
 
 use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
 use crate::command::error::BenchError;
@@ -11,9 +13,10 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use error::ImportRefusal;
+use like::Like;
 use std::io::Write;
 use vantage_dataset::store::{Provenance, write_episode, write_views};
-use vantage_dataset::{Episode, ObjectTruth, Split, ViewSet};
+use vantage_dataset::{Episode, ObjectTruth, Seed, Split, ViewSet};
 use vantage_formats::avd::read_scan;
 use vantage_formats::{ImportReport, Turntable, read_turned_photos};
 
@@ -23,12 +26,17 @@ const TOLD: usize = 10;
 /// Reads, writes, and tells what was left out.
 pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     is_there(&args.source)?;
-    if args.layout == ImportLayout::Avd && !args.views {
+    let has_motion = matches!(args.layout, ImportLayout::Avd | ImportLayout::Bop);
+    if has_motion && !args.views {
         let given = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
         if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
             return Err(ImportRefusal::ForViewSets { option }.into());
         }
     }
+    if !has_motion && args.like.is_some() {
+        return Err(ImportRefusal::NoMotion.into());
+    }
+    let like = args.like.as_deref().map(Like::read).transpose()?;
     if args.out.is_file() {
         return Err(FolderError::NotOurs { folder: args.out.clone() }.into());
     }
@@ -45,7 +53,8 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         ImportLayout::Bigbird => bigbird::bigbird(args)?,
         #[cfg(not(feature = "formats"))]
         ImportLayout::Bigbird => return Err(crate::left_out::LeftOut::Formats.into()),
-        ImportLayout::Avd => avd(args)?,
+        ImportLayout::Avd => avd(args, like.as_ref())?,
+        ImportLayout::Bop => bop::bop(args, like.as_ref(), &progress)?,
         ImportLayout::Folder => folder(args)?,
     };
     for skipped in report.skipped.iter().take(TOLD) {
@@ -67,6 +76,14 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
             write_episode(out.path(), episode, provenance)?;
             format!("detections in {} images", episode.observations.steps())
         }
+        Imported::Episodes(episodes) => {
+            for (name, episode) in episodes {
+                let mut provenance = provenance.clone();
+                provenance.insert("part".to_owned(), name.clone().into());
+                write_episode(&out.path().join(episode.seed.0.to_string()), episode, provenance)?;
+            }
+            format!("detections in {} episodes, seeds 0 to {},", episodes.len(), episodes.len() - 1)
+        }
     };
     writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;
     Ok(Exit::Success)
@@ -76,12 +93,21 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
 enum Imported {
     Views(ViewSet),
     Episode(Box<Episode>),
+    /// Each with the name of its part of the data, numbered by its seed.
+    Episodes(Vec<(String, Episode)>),
 }
 
-fn avd(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
-    let scan = read_scan(&args.source)?;
+fn avd(args: &ImportArgs, like: Option<&Like>) -> Result<(Imported, ImportReport), BenchError> {
+    let mut scan = read_scan(&args.source)?;
     if !args.views {
+        if let Some(like) = like {
+            let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            return Ok((Imported::Episodes(like.drawn(&[(name, scan.episode)], args.draws)), scan.report));
+        }
         return Ok((Imported::Episode(Box::new(scan.episode)), scan.report));
+    }
+    if let Some(like) = like {
+        scan.episode = like.driven(&scan.episode, Seed(0));
     }
     all_are_there(args, |name| scan.episode.truth.objects.iter().any(|object| object.family == name))?;
     let takes = |object: &ObjectTruth| args.objects.is_empty() || args.objects.contains(&object.family);

@@ -45,13 +45,19 @@ pub fn line(
         return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--associate`" }.into());
     }
     let seeds = seeds(&pipeline.file, stages);
-    has_room(&pipeline, &seeds, scene)?;
+    if pipeline.recorded().is_none() {
+        has_room(&pipeline, &seeds, scene)?;
+    }
     let entries = entries(&pipeline, stages, &seeds)?;
     let associated = associated(&pipeline, beside.associations, &seeds)?;
     let chosen = chosen_models(&pipeline, stages.train, &stages.model)?;
     let mut record = Record::begin(&pipeline, &seeds, stages)?;
 
-    let views = record.timed("test views", || test_views(&pipeline, &seeds))?;
+    // What a model makes of simulated objects says nothing of recorded ones.
+    let views = match pipeline.recorded() {
+        Some(_) => Vec::new(),
+        None => record.timed("test views", || test_views(&pipeline, &seeds))?,
+    };
     let models = record.timed("model", || {
         let others: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
         // That of the scene has no name but what it is.
@@ -84,6 +90,7 @@ pub fn line(
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, tables.tables),
         detections: tables.detections,
+        recorded: pipeline.recorded().is_some(),
         methods: methods.iter().map(Method::name).collect(),
         manifest: record.finish(&pipeline, &models, (&entries, &associated), &episodes, &views)?,
         episodes,
@@ -191,6 +198,8 @@ pub struct Scored {
     pub unseen: Vec<(String, Vec<Unseen>)>,
     /// Detections of objects in all episodes.
     pub detections: usize,
+    /// Whether the episodes were recorded, of images that may not be shown.
+    pub recorded: bool,
 }
 
 /// A model's likelihood against the azimuth's offset, mean over the seeds that have one; empty without any.

@@ -72,7 +72,7 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
         if Some(*seed) == pictured {
             let title = title(&scored.results.scene, *seed, middle.map(|(_, seeds)| seeds));
             picture("trajectory.svg", top_view(&title, &truth, rows)?.as_bytes())?;
-            if !observations.detections.is_empty() {
+            if !observations.detections.is_empty() && !scored.recorded {
                 picture("crops.png", &sheet(&observations, &truth)?)?;
             }
         }

@@ -1,6 +1,7 @@
 //! `bench study FILE`: models trained in several ways on the same views, compared on the same instances.
 
 mod scores;
+mod worst;
 
 use super::figures::latents;
 use crate::command::cli::StudyArgs;
@@ -9,8 +10,8 @@ use crate::command::folder::is_there;
 use crate::command::places::places;
 use crate::exit::Exit;
 use crate::pipeline::{
-    Pipeline, StudyViews, Teller, VariantModels, finished_model, imported_views, study_views, test_views,
-    variant_models, variant_scores,
+    ImportedViews, Pipeline, StudyViews, Teller, VariantModels, finished_model, imported_views, study_views,
+    test_views, variant_models, variant_scores,
 };
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -31,8 +32,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
-use vantage_dataset::{Seed, Split};
+use vantage_dataset::Seed;
 use vantage_learn::Objective;
+use worst::{WORST, worst_png};
 
 /// Folder of the cache that holds trained trunks.
 const TRUNKS: &str = "trunks";
@@ -47,7 +49,19 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let pipeline =
         Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
-    let finished = finished(&pipeline, &study, &args.study, &seeds)?;
+    let imported = ImportedViews {
+        training: study
+            .training_views
+            .as_ref()
+            .map(|folder| imported_views(&beside.join(folder)))
+            .transpose()?,
+        validation: study
+            .validation_views
+            .as_ref()
+            .map(|folder| imported_views(&beside.join(folder)))
+            .transpose()?,
+    };
+    let finished = finished(&pipeline, &study, &imported, &args.study, &seeds)?;
     let other = study
         .scored_scene
         .as_ref()
@@ -69,12 +83,12 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         (None, Some(other)) => Some(test_views(other, other.file.evaluation.seeds.as_slice())?),
         (None, None) => None,
     };
-    let views = study_views(&pipeline, &study, elsewhere)?;
+    let views = study_views(&pipeline, &study, imported, elsewhere)?;
     manifest.took("views", started.elapsed());
     manifest.dataset_hash = Some(views.hash());
     finished.values().try_for_each(|models| views.check_finished(models))?;
     let trunks = args.making.cache.join(TRUNKS);
-    let (scores, map) = scored(&pipeline, &study, &views, finished, &trunks, &mut manifest)?;
+    let (scores, drawn) = scored(&pipeline, &study, &views, finished, &trunks, &mut manifest)?;
     let any = scores.any();
     let results = Results::new(&study.name, &hash, scores.tables(&study, &seeds)?);
 
@@ -82,8 +96,16 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &progress)?;
     let place = folder.path().to_owned();
     folder.write(VARIANTS, variants(&study).as_bytes())?;
-    let pictures: Vec<&str> = map.iter().map(|_| latents::LATENTS).collect();
-    map.map_or(Ok(()), |png| folder.write(latents::LATENTS, &png))?;
+    // Images of others may not be shown: of their views there are dots alone.
+    let is_ours = study.views.is_none() && study.training_views.is_none();
+    let map = drawn.map.map(|(svg, png)| match is_ours {
+        true => (latents::LATENTS, png),
+        false => (latents::LATENTS_DOTS, svg.into_bytes()),
+    });
+    let worst = drawn.worst.filter(|_| is_ours).map(|png| (WORST, png));
+    let drawn: Vec<(&str, Vec<u8>)> = map.into_iter().chain(worst).collect();
+    let pictures: Vec<&str> = drawn.iter().map(|(name, _)| *name).collect();
+    drawn.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
     report::write(folder, &results, &manifest)?;
     progress.note(&format!("written to {}", place.display()));
     if let Some(table) = results.table(OF_LATENTS.name) {
@@ -103,25 +125,25 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 fn finished<'s>(
     pipeline: &Pipeline,
     study: &'s StudyFile,
+    imported: &ImportedViews,
     path: &Path,
     seeds: &[Seed],
 ) -> Result<BTreeMap<&'s str, VariantModels>, BenchError> {
-    let views = pipeline.scene.view_conditions().views;
-    let known = if study.scored == Scored::Known { views.instances(Split::Test) } else { 0 };
+    let (there, known, is_sighted) = imported.numbers(pipeline);
+    let known = if study.scored == Scored::Known { known } else { 0 };
     let mut finished = BTreeMap::new();
     for (number, variant) in study.variants.iter().enumerate() {
         let located =
             |error| VariantError { place: Some(scene_file::place_of_variant(number, path)), ..error };
         let spec = variant.training(&pipeline.file.training.model).map_err(located)?;
-        variant.fits(views.instances(Split::Train), known).map_err(located)?;
+        variant.fits(there, known).map_err(located)?;
         variant.allowed_under(study.scored).map_err(located)?;
         if let Some(folder) = &variant.folder {
             let folder = path.with_file_name(folder);
             is_there(&folder)?;
             finished.insert(variant.name.as_str(), finished_model(pipeline, &folder, seeds)?);
-        } else if spec.objective == Objective::ViewpointPredictive && views.odometry.is_none() {
-            let reason =
-                "the viewpoint-predictive model is trained on odometry: set views.odometry in the scene";
+        } else if spec.objective == Objective::ViewpointPredictive && !is_sighted {
+            let reason = "the viewpoint-predictive model is trained on odometry: set views.odometry in the scene, or import views that have it";
             return Err(located(variant.refused(reason.to_owned())).into());
         }
     }
@@ -136,7 +158,15 @@ fn hashes(finished: &BTreeMap<&str, VariantModels>) -> BTreeMap<String, String> 
     finished.iter().filter_map(|(name, models)| Some(((*name).to_owned(), hash(models)?))).collect()
 }
 
-/// The scores of all variants, trained where they are not `finished`, and a map of the latents of the first as PNG.
+/// Pictures of the first variant's first model.
+#[derive(Default)]
+struct Drawn {
+    map: Option<latents::Map>,
+    /// Of the most known views.
+    worst: Option<Vec<u8>>,
+}
+
+/// The scores of all variants, trained where they are not `finished`.
 fn scored(
     pipeline: &Pipeline,
     study: &StudyFile,
@@ -144,8 +174,8 @@ fn scored(
     mut finished: BTreeMap<&str, VariantModels>,
     trunks: &Path,
     manifest: &mut Manifest,
-) -> Result<(StudyScores, Option<Vec<u8>>), BenchError> {
-    let (mut scores, mut map) = (StudyScores::default(), None);
+) -> Result<(StudyScores, Drawn), BenchError> {
+    let (mut scores, mut drawn) = (StudyScores::default(), Drawn::default());
     for &known in &study.known_views {
         let told = views.known_views(pipeline, known, Teller::Process)?.unwrap_or_default();
         for seed in 1..=study.seeds {
@@ -159,7 +189,7 @@ fn scored(
             None => variant_models(pipeline, study, variant, views, trunks)?,
         };
         if let (0, Some((_, Ok(first))), Some(set)) = (number, models.first(), views.first_scored()) {
-            map = latents::map(set, &latents::embeddings(&first.model, set)?)?.map(|(_, png)| png);
+            drawn.map = latents::map(set, &latents::embeddings(&first.model, set)?)?;
         }
         for (seed, model) in models {
             match model {
@@ -171,6 +201,9 @@ fn scored(
                             [(name.clone(), Teller::Model(model)), (with_process(name), Teller::Both(model))];
                         for (row, teller) in rows {
                             let told = views.known_views(pipeline, known, teller)?.unwrap_or_default();
+                            if let (true, Some(set)) = (number == 0 && row == *name, views.first_scored()) {
+                                drawn.worst = worst_png(set, known, &told)?;
+                            }
                             scores.told(known, &row, seed, known_view_scores(&told));
                         }
                     }
@@ -180,7 +213,7 @@ fn scored(
         }
         manifest.took(&variant.name, started.elapsed());
     }
-    Ok((scores, map))
+    Ok((scores, drawn))
 }
 
 /// What the study is about, and each variant, as Markdown.

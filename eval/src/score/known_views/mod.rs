@@ -61,6 +61,31 @@ pub struct KnownViewTrial {
     pub nearest: f64,
 }
 
+/// A view whose azimuth is asked, and the object's known views.
+pub struct Asked<'a> {
+    /// The view.
+    pub view: &'a View,
+    seen: Vec<&'a View>,
+}
+
+impl<'a> Asked<'a> {
+    /// The known view nearest to an azimuth.
+    pub fn nearest(&self, azimuth: f64) -> Option<&'a View> {
+        let off = |view: &View| angle(view.viewpoint.azimuth(), azimuth);
+        self.seen.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+}
+
+/// The queries of all objects, in the order of their [trials](known_view_trials).
+pub fn asked(set: &ViewSet, known: usize) -> Vec<Asked<'_>> {
+    let of_instance = |instance: usize| {
+        let (seen, asked) = known_and_asked(set, instance, known);
+        let asked = if seen.len() < known { Vec::new() } else { asked };
+        asked.into_iter().take(QUERIES).map(move |view| Asked { view, seen: seen.clone() })
+    };
+    (0..set.instances.len()).flat_map(of_instance).collect()
+}
+
 /// A query and what was told of it.
 struct Query {
     instance: usize,
