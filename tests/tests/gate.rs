@@ -60,3 +60,74 @@ fn a_baseline_from_before_a_table_was_there_is_read_and_what_is_new_is_said() {
     let told = checked.stdout.contains("new: not in") && checked.stdout.contains("instances");
     assert!(told, "{}", checked.stdout);
 }
+
+#[test]
+fn a_verdict_is_written_for_people_and_for_continuous_integration() {
+    let scene = SmallScene::new(&[]);
+    scene.run().expect(0, &[]);
+    let [junit, markdown, json] =
+        ["v/junit.xml", "v/verdict.md", "v/verdict.json"].map(|name| scene.path(name));
+    let files = ["--junit", "--markdown", "--json"].into_iter().zip([&junit, &markdown, &json]);
+    let args: Vec<&str> = files.flat_map(|(option, file)| [option, file.to_str().expect("a path")]).collect();
+    check_seeds(&scene, &args).expect(0, &[]);
+    let text = fs::read_to_string(&junit).expect("JUnit");
+    let cases = text.matches("<testcase ").count();
+    assert!(
+        cases > 20 && text.contains(&format!("<testsuite name=\"small\" tests=\"{cases}\" failures=\"0\">")),
+        "{text}"
+    );
+    assert!(!text.contains("<failure"));
+
+    let path = scene.path("out/scenes/small/results.json");
+    let worse = fs::read_to_string(&path).expect("results").replace("\"ate\": 0.", "\"ate\": 9.");
+    fs::write(&path, worse).expect("a worse past");
+    check_seeds(&scene, &args).expect(10, &[]);
+    let text = fs::read_to_string(&junit).expect("JUnit");
+    assert!(
+        text.contains("<failure message=\"improved: baseline out of date\">"),
+        "too good fails, too: {text}"
+    );
+    let text = fs::read_to_string(&markdown).expect("Markdown");
+    assert!(text.starts_with("## small\n\n") && text.contains("| trajectory "), "{text}");
+    let verdict: serde_json::Value = serde_json::from_slice(&fs::read(&json).expect("JSON")).expect("JSON");
+    let first = &verdict["comparisons"][0];
+    assert_eq!((&first["metric"], &first["movement"]), (&"ate".into(), &"improved".into()), "{first}");
+}
+
+/// The end of a check of a changed scene against the baseline of the small one, as if the scene had not changed but the program had.
+fn planted(old: &str, new: &str) -> Finished {
+    let scene = SmallScene::new(&[]);
+    scene.run().expect(0, &[]);
+    let text = fs::read_to_string(scene.path("scene.yaml")).expect("a scene");
+    assert!(text.contains(old));
+    fs::write(scene.path("scene.yaml"), text.replace(old, new)).expect("another scene");
+    let hash = |out: &str| {
+        let text = fs::read_to_string(scene.path(out).join("scenes/small/results.json")).expect("results");
+        let results: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        (text, results["scene_hash"].as_str().expect("a hash").to_owned())
+    };
+    let mut command = scene.on(&[], "scene.yaml");
+    Finished::of(command.arg("--out").arg(scene.path("other"))).expect(0, &[]);
+    let ((baseline, own), (_, other)) = (hash("out"), hash("other"));
+    fs::write(scene.path("out/scenes/small/results.json"), baseline.replace(&own, &other))
+        .expect("a baseline");
+    check(&scene)
+}
+
+#[test]
+fn planted_regressions_are_found() {
+    for (old, new) in [
+        ("rotation_deg_per_metre: 3.0", "rotation_deg_per_metre: 9.0"),
+        ("yaw_deg: 90", "yaw_deg: 84"),
+        ("models/objects", "models/predictive"),
+        ("families: [mug, duck, carton, teapot]", "families: [teapot, mug, duck, carton]"),
+    ] {
+        let found = planted(old, new);
+        found.expect(10, &[]);
+        assert!(
+            found.stdout.contains("REGRESSED") || found.stdout.contains("MOVED"),
+            "{old}: {}",
+            found.stdout
+        );
+    }
+}

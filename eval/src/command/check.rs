@@ -5,15 +5,17 @@ use super::scene::line::{Beside, line, seeds};
 use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::gate::{Machine, comparable, compare};
+use crate::gate::{Machine, comparable, compare, junit};
 use crate::pipeline::Naming;
 use crate::result::grid::Style;
 use crate::result::kind::ResultKind;
+use crate::result::output_folder::OutputFolder;
 use crate::result::results_file::Results;
 use crate::scene_file::{self, SceneFile};
 use crate::score::association::ASSOCIATION;
 use crate::score::online::ONLINE;
 use std::io::Write;
+use std::path::Path;
 
 /// Compares, and prints what moved.
 pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
@@ -30,6 +32,22 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::terminal()))?;
     let there = Machine::read(&folder);
-    write!(stdout, "{}", Machine::of(&fresh.manifest).compared_with(there.as_ref()))?;
+    let machine = Machine::of(&fresh.manifest).compared_with(there.as_ref());
+    write!(stdout, "{machine}")?;
+    if let Some(file) = &args.junit {
+        write(file, &junit(&scene.name, &verdict)?)?;
+    }
+    if let Some(file) = &args.markdown {
+        let text = format!("## {}\n\n{}\n{machine}", scene.name, verdict.report(Style::Markdown));
+        write(file, text.as_bytes())?;
+    }
+    if let Some(file) = &args.json {
+        write(file, (serde_json::to_string_pretty(&verdict)? + "\n").as_bytes())?;
+    }
     Ok(if verdict.passed() { Exit::Success } else { Exit::Regression })
+}
+
+fn write(file: &Path, bytes: &[u8]) -> Result<(), BenchError> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Ok(OutputFolder::probe(folder)?.write(file.file_name().unwrap_or_default(), bytes)?)
 }

@@ -1,10 +1,12 @@
 //! Everything that ends a run of `bench` early.
 
+use super::baseline::BaselineError;
 use super::dataset::error::DatasetError;
 use super::folder::FolderError;
 use super::import::error::ImportRefusal;
 use super::look::error::LookError;
 use super::models::error::Refused;
+use super::report::error::ReportError;
 use super::scene::error::RunError;
 use super::score::error::ScoreError;
 use super::source::error::SourceError;
@@ -84,7 +86,9 @@ errors! {
     Dataset(DatasetError) "{0}";
     Import(ImportError) "{0}";
     ImportRefused(ImportRefusal) "{0}";
+    Baseline(BaselineError) "{0}";
     Look(LookError) "{0}";
+    Report(ReportError) "{0}";
     #[cfg(feature = "rerun")]
     Recording(RecordingError) "{0}";
     LeftOut(LeftOut) "{0}";

@@ -1,5 +1,6 @@
 //! The commands of `bench` that run the line.
 
+mod baseline;
 mod check;
 pub mod cli;
 mod dataset;
@@ -18,6 +19,7 @@ mod models;
 mod needs;
 pub mod no_display;
 mod places;
+mod report;
 pub mod run;
 mod scene;
 mod score;
@@ -29,6 +31,7 @@ mod study;
 mod train;
 mod validation;
 
+pub use baseline::baseline;
 pub use check::check;
 pub use dataset::dataset;
 pub use figures::figures;
@@ -38,6 +41,7 @@ pub use list::list;
 pub use look::look;
 pub use map::{MAP_FILE, map, map_pages};
 pub use models::models;
+pub use report::{REPORT, report};
 pub use scene::bench;
 pub use score::score;
 pub use shell::{completions, man};

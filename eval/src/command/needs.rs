@@ -24,6 +24,7 @@ impl Cli {
         };
         let (path, making) = match &mut self.command {
             None => (self.run.scene.as_mut()?, &self.run.stages.making),
+            Some(Command::Baseline(args)) => (&mut args.scene, &args.stages.making),
             Some(Command::Calibrate(args)) => (&mut args.validation.scene, &args.validation.making),
             Some(Command::Headroom(args)) => (&mut args.scene, &args.making),
             Some(Command::Check(args)) => (&mut args.scene, &args.stages.making),
@@ -50,6 +51,9 @@ impl Cli {
                 (args.model.iter_mut().collect(), &args.validation.making.cache)
             }
             Some(Command::Check(args)) => (args.stages.model.iter_mut().collect(), &args.stages.making.cache),
+            Some(Command::Baseline(args)) => {
+                (args.stages.model.iter_mut().collect(), &args.stages.making.cache)
+            }
             Some(Command::Figures(args)) => (args.model.iter_mut().collect(), &args.making.cache),
             Some(Command::Models(args)) => (args.folders.iter_mut().collect(), &args.cache),
             Some(_) => return None,
@@ -60,6 +64,7 @@ impl Cli {
     fn making(&self) -> Option<&MakingArgs> {
         match &self.command {
             None => Some(&self.run.stages.making),
+            Some(Command::Baseline(args)) => Some(&args.stages.making),
             Some(Command::Calibrate(args)) => Some(&args.validation.making),
             Some(Command::Headroom(args)) => Some(&args.making),
             Some(Command::Check(args)) => Some(&args.stages.making),

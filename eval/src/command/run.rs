@@ -16,6 +16,7 @@ pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     source::find(&mut cli)?;
     match &cli.command {
         None => super::bench(&cli.run, stdout),
+        Some(Command::Baseline(args)) => super::baseline(args, stdout),
         Some(Command::Calibrate(args)) => super::calibrate(args, stdout),
         Some(Command::Check(args)) => super::check(args, stdout),
         Some(Command::Dataset(args)) => super::dataset(args, stdout),
@@ -27,6 +28,7 @@ pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Look(args)) => super::look(args, stdout),
         Some(Command::Map(args)) => super::map(args, stdout),
         Some(Command::Models(args)) => super::models(args, stdout),
+        Some(Command::Report(args)) => super::report(args, stdout),
         Some(Command::Score(args)) => super::score(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Study(args)) => super::study(args, stdout),

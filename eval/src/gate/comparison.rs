@@ -3,10 +3,12 @@
 use crate::result::metric::{Better, Metric, Unit};
 use crate::result::statistics::Mean;
 use crate::result::table::Table;
+use serde::Serialize;
 use vantage_dataset::Seed;
 
 /// What became of a score.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Movement {
     /// Within its tolerance in the mean.
     Still,
@@ -21,7 +23,7 @@ pub enum Movement {
 }
 
 /// Differences to the baseline, over the seeds that have the score in both.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shift {
     /// Fresh score less the baseline's.
     pub mean: Mean,
@@ -32,7 +34,7 @@ pub struct Shift {
 }
 
 /// One compared score.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// The table.
     pub table: String,

@@ -8,11 +8,13 @@
 
 mod comparison;
 mod error;
+mod junit;
 mod machine;
 mod verdict;
 
 pub use comparison::{Comparison, Movement, Shift};
 pub use error::GateError;
+pub use junit::junit;
 pub use machine::Machine;
 pub use verdict::Verdict;
 

@@ -4,12 +4,13 @@ use super::comparison::{Comparison, Movement, Shift};
 use crate::result::grid::{Style, draw};
 use crate::result::metric::Metric;
 use crate::result::statistics::Mean;
+use serde::Serialize;
 
 const HEAD: [&str; 8] =
     ["Table", "Method", "Score", "Baseline", "Now", "Paired difference", "Seeds that differ", "Verdict"];
 
 /// All compared scores.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// By table, method, metric.
     pub comparisons: Vec<Comparison>,
@@ -49,7 +50,7 @@ impl Verdict {
             Movement::Improved => 2,
             Movement::New | Movement::Still => 3,
         });
-        let rows = moved.into_iter().map(cells).collect();
+        let rows = moved.into_iter().map(|comparison| comparison.cells().to_vec()).collect();
         let remedy = if of(Movement::Regressed) + of(Movement::Unclear) > 0 {
             "Find out why before going on.\n"
         } else {
@@ -92,34 +93,40 @@ impl Verdict {
     }
 }
 
-fn cells(comparison: &Comparison) -> Vec<String> {
-    let metric = comparison.metric;
-    let mean = |mean: Option<Mean>| {
-        mean.map_or_else(|| "-".to_owned(), |mean| format!("{} (n={})", metric.display(mean.mean), mean.n))
-    };
-    let shift = comparison.shift.as_ref();
-    let verdict = match comparison.movement {
-        Movement::Still => "still",
-        Movement::Improved => "improved: baseline out of date",
-        Movement::Regressed if comparison.fresh.is_none() => "REGRESSED: no run has it any more",
-        Movement::Regressed => "REGRESSED",
-        Movement::Unclear if shift.is_some_and(|shift| shift.mean.n == 1) => "MOVED, on one seed alone",
-        Movement::Unclear => "MOVED, too unlike by seed to say which way",
-        Movement::New => "new: not in the baseline",
-    };
-    vec![
-        comparison.table.clone(),
-        comparison.method.clone(),
-        metric.heading(),
-        mean(comparison.baseline),
-        mean(comparison.fresh),
-        shift.map_or_else(|| "-".to_owned(), |shift| with_interval(metric, shift.mean)),
-        shift.map_or_else(
-            || "-".to_owned(),
-            |shift| format!("{} of {}, most on seed {}", shift.differing, shift.mean.n, shift.most.0.0),
-        ),
-        verdict.to_owned(),
-    ]
+impl Comparison {
+    /// Its row, under [`HEAD`].
+    pub(super) fn cells(&self) -> [String; 8] {
+        let metric = self.metric;
+        let mean = |mean: Option<Mean>| {
+            mean.map_or_else(
+                || "-".to_owned(),
+                |mean| format!("{} (n={})", metric.display(mean.mean), mean.n),
+            )
+        };
+        let shift = self.shift.as_ref();
+        let verdict = match self.movement {
+            Movement::Still => "still",
+            Movement::Improved => "improved: baseline out of date",
+            Movement::Regressed if self.fresh.is_none() => "REGRESSED: no run has it any more",
+            Movement::Regressed => "REGRESSED",
+            Movement::Unclear if shift.is_some_and(|shift| shift.mean.n == 1) => "MOVED, on one seed alone",
+            Movement::Unclear => "MOVED, too unlike by seed to say which way",
+            Movement::New => "new: not in the baseline",
+        };
+        [
+            self.table.clone(),
+            self.method.clone(),
+            metric.heading(),
+            mean(self.baseline),
+            mean(self.fresh),
+            shift.map_or_else(|| "-".to_owned(), |shift| with_interval(metric, shift.mean)),
+            shift.map_or_else(
+                || "-".to_owned(),
+                |shift| format!("{} of {}, most on seed {}", shift.differing, shift.mean.n, shift.most.0.0),
+            ),
+            verdict.to_owned(),
+        ]
+    }
 }
 
 fn with_interval(metric: Metric, mean: Mean) -> String {

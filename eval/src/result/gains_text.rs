@@ -5,6 +5,7 @@ use super::grid::{Style, UNDEFINED, draw};
 use super::holm::{SIGNIFICANT, holm};
 use super::metric::Metric;
 use super::table::Table;
+use super::table_text::Sheet;
 
 /// The scores that have a table of gains.
 const OF: [Metric; 3] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading];
@@ -34,23 +35,32 @@ struct Row<'a> {
 /// A table for each of ATE, ATE (Umeyama) and heading, of all rows that differ from the reference on any seed; nothing for one seed, or
 /// where there is no reference.
 pub fn gains(table: &Table) -> String {
-    let (Some(reference), 2..) = (table.reference(), table.seeds().len()) else { return String::new() };
+    let sheets = sheets(table);
+    let Some((told, _)) = sheets.first() else { return String::new() };
+    let drawn = sheets.iter().map(|(_, sheet)| {
+        format!("\n{}\n\n{}\n", sheet.title, draw(Style::Markdown, &sheet.head, sheet.rows.clone()))
+    });
+    format!("\n{told}\n{}", drawn.collect::<String>())
+}
+
+/// The same as grids, each under what it says of all; means that hold stand between `**`.
+pub fn sheets(table: &Table) -> Vec<(String, Sheet)> {
+    let (Some(reference), 2..) = (table.reference(), table.seeds().len()) else { return Vec::new() };
     let rows = rows(table, reference);
     let tests = rows.iter().filter(|row| row.holm.is_some()).count();
     let block = |metric: &Metric| {
         let rows: Vec<&Row<'_>> = rows.iter().filter(|row| row.metric == *metric).collect();
         let unit = metric.heading() + metric.arrow();
         let title = format!("{}, gains over {reference}, {unit}", table.name());
-        let texts = rows.iter().map(|row| texts(row, table.seeds().len())).collect();
-        let drawn = draw(Style::Markdown, &HEAD.map(str::to_owned), texts);
-        (!rows.is_empty()).then(|| format!("\n{title}\n\n{drawn}\n"))
+        let rows = rows.iter().map(|row| texts(row, table.seeds().len())).collect::<Vec<_>>();
+        let head = HEAD.map(str::to_owned).to_vec();
+        (!rows.is_empty()).then_some(Sheet { title, head, rows })
     };
-    let blocks: String = OF.iter().filter_map(block).collect();
     let told = format!(
-        "\nGains are differences to {reference} on the same seed. Means are bold where Holm's p over these {tests} tests is below \
-         {SIGNIFICANT}.\n"
+        "Gains are differences to {reference} on the same seed. Means are bold where Holm's p over these {tests} tests is below \
+         {SIGNIFICANT}."
     );
-    if blocks.is_empty() { blocks } else { told + &blocks }
+    OF.iter().filter_map(block).map(|sheet| (told.clone(), sheet)).collect()
 }
 
 fn rows<'a>(table: &'a Table, reference: &str) -> Vec<Row<'a>> {

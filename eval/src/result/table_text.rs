@@ -7,22 +7,43 @@ use crate::result::statistics::Mean;
 use crate::result::table::{Summary, Table};
 use std::collections::BTreeMap;
 
-/// Scores, then paired differences to the reference, each as mean and half width of the 95% interval; then why runs failed.
-pub fn tables(table: &Table, style: Style) -> String {
-    let summary = table.summary();
-    let mut text = format!("{}, {}\n\n", table.name(), over(table));
-    text += &grid(table, &summary, style, |cell| score_text(table, cell), table.methods().iter());
-    if let Some(reference) = table.reference() {
-        text += &format!("\n\n{}, difference to {reference} on the same seed\n\n", table.name());
-        let others = table.methods().iter().filter(|m| *m != reference);
-        text += &grid(table, &summary, style, difference_text, others);
-    }
-    text.push('\n');
-    text + &failures(table)
+/// A grid of texts with its title; the first column holds methods.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheet {
+    /// What it shows.
+    pub title: String,
+    /// A text for each column.
+    pub head: Vec<String>,
+    /// As many for each row.
+    pub rows: Vec<Vec<String>>,
 }
 
-/// A line for each reason that runs failed for, with their methods and seeds; empty where none did.
-fn failures(table: &Table) -> String {
+/// Scores, then paired differences to the reference, each as mean and half width of the 95% interval; then why runs failed.
+pub fn tables(table: &Table, style: Style) -> String {
+    let drawn = sheets(table)
+        .into_iter()
+        .map(|sheet| format!("{}\n\n{}", sheet.title, draw_in_parts(style, 2, &sheet.head, &sheet.rows)));
+    let drawn: Vec<String> = drawn.collect();
+    let failures: String = failures(table).iter().map(|line| format!("\n{line}\n")).collect();
+    format!("{}\n{failures}", drawn.join("\n\n"))
+}
+
+/// Scores and, where there is a reference, paired differences to it, each as mean and half width of the 95% interval.
+pub fn sheets(table: &Table) -> Vec<Sheet> {
+    let summary = table.summary();
+    let title = format!("{}, {}", table.name(), over(table));
+    let mut sheets =
+        vec![sheet(table, &summary, title, |cell| score_text(table, cell), table.methods().iter())];
+    if let Some(reference) = table.reference() {
+        let title = format!("{}, difference to {reference} on the same seed", table.name());
+        let others = table.methods().iter().filter(|m| *m != reference);
+        sheets.push(sheet(table, &summary, title, difference_text, others));
+    }
+    sheets
+}
+
+/// A line for each reason that runs failed for, with their methods and seeds; none where none did.
+pub fn failures(table: &Table) -> Vec<String> {
     let mut reasons: BTreeMap<&str, BTreeMap<&str, Vec<String>>> = BTreeMap::new();
     for run in table.runs() {
         if let Outcome::Failed(reason) = &run.outcome {
@@ -36,18 +57,18 @@ fn failures(table: &Table) -> String {
             format!("{method} on seed{plural} {}", seeds.join(", "))
         });
         let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
-        format!("\nFailed: {}: {reason}\n", runs.collect::<Vec<_>>().join("; "))
+        format!("Failed: {}: {reason}", runs.collect::<Vec<_>>().join("; "))
     };
     reasons.into_iter().map(line).collect()
 }
 
-fn grid<'a>(
+fn sheet<'a>(
     table: &'a Table,
     summary: &[Summary],
-    style: Style,
+    title: String,
     text: impl Fn(&Summary) -> String,
     methods: impl Iterator<Item = &'a String>,
-) -> String {
+) -> Sheet {
     let shown = table.metrics().iter().filter(|metric| !metric.is_repeated());
     let head = ["Method".to_owned(), "Runs".to_owned()].into_iter();
     let head: Vec<String> = head.chain(shown.map(|metric| metric.heading() + metric.arrow())).collect();
@@ -57,7 +78,7 @@ fn grid<'a>(
             [method.clone(), runs_text(table, method)].into_iter().chain(cells.map(&text)).collect()
         })
         .collect();
-    draw_in_parts(style, 2, &head, &rows)
+    Sheet { title, head, rows }
 }
 
 /// What a table's numbers are over.

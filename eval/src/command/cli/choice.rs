@@ -99,6 +99,18 @@ pub enum ImportLayout {
     Folder,
 }
 
+/// What a report is written as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ReportFormat {
+    /// One page with tables and pictures.
+    #[default]
+    Html,
+    /// The tables.
+    Markdown,
+    /// The tables, for the package `booktabs`.
+    Latex,
+}
+
 /// The name of a command, for [`super::ManArgs`].
 pub(super) fn command_name(name: &str) -> Result<String, String> {
     let commands = super::Cli::command();

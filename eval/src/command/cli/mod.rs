@@ -7,7 +7,7 @@ mod score;
 mod stages;
 
 use choice::command_name;
-pub use choice::{DatasetFormat, ImportLayout, RendererChoice, SplitChoice, TablesChoice};
+pub use choice::{DatasetFormat, ImportLayout, RendererChoice, ReportFormat, SplitChoice, TablesChoice};
 pub use import::ImportArgs;
 pub use loudness::LoudnessArgs;
 pub use score::ScoreArgs;
@@ -38,6 +38,8 @@ pub struct Cli {
 /// What `bench` does.
 #[derive(Clone, Debug, PartialEq, Subcommand)]
 pub enum Command {
+    /// Makes the results anew that later runs are checked against, and writes down why.
+    Baseline(BaselineArgs),
     /// Tries the estimator's settings on validation objects: box errors, and the worth of a crop.
     Calibrate(CalibrateArgs),
     /// Compares fresh results with the committed ones.
@@ -60,6 +62,8 @@ pub enum Command {
     Map(MapArgs),
     /// Checks model folders and tells what they hold: kind, sizes, graphs, origin, time of a call.
     Models(ModelsArgs),
+    /// Writes finished results as one page that needs no network, as Markdown or as LaTeX.
+    Report(ReportArgs),
     /// Tells how far two trajectories are apart, as evo does: APE and RPE.
     Score(ScoreArgs),
     /// Trains models in several ways on the same views and compares them (`--features train`).
@@ -122,6 +126,20 @@ pub struct IndexArgs {
     pub results: PathBuf,
 }
 
+/// `bench report RESULTS...`: finished results as one file.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct ReportArgs {
+    /// Folders of results, or folders that hold `scenes`, `studies` or `maps`.
+    #[arg(value_name = "RESULTS", required = true)]
+    pub results: Vec<PathBuf>,
+    /// What is written.
+    #[arg(long, value_enum, default_value_t)]
+    pub format: ReportFormat,
+    /// The file.
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+}
+
 /// `bench calibrate SCENE [N]`: the estimator's settings on validation objects.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct CalibrateArgs {
@@ -154,6 +172,32 @@ pub struct CheckArgs {
     /// The scene: a file, or the name of one that comes with the program.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
+    /// Folder of the committed results.
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub baseline: PathBuf,
+    /// File that gets the verdict as JUnit XML, a test case for each score, for continuous integration.
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// File that gets the verdict as Markdown, as for a comment on a change.
+    #[arg(long, value_name = "FILE")]
+    pub markdown: Option<PathBuf>,
+    /// File that gets every comparison as JSON, SI units.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// How it is made.
+    #[command(flatten)]
+    pub stages: StageArgs,
+}
+
+/// `bench baseline SCENE --why TEXT`: results to be checked against.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub struct BaselineArgs {
+    /// The scene: a file, or the name of one that comes with the program.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Why the baseline changes, in a line.
+    #[arg(long, value_name = "TEXT")]
+    pub why: String,
     /// Folder of the committed results.
     #[arg(long, value_name = "DIR", default_value = "results")]
     pub baseline: PathBuf,

@@ -11,6 +11,7 @@ mod said;
 use super::cli::{RunArgs, StageArgs};
 use crate::command::error::BenchError;
 use crate::command::map::sweep;
+use crate::command::report::page_beside;
 use crate::exit::Exit;
 use crate::pipeline::{Naming, PANICKED, model_hash, reference_model};
 use crate::progress::Progress;
@@ -50,6 +51,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     pictures.extend(online::write(&folder, &scored)?);
     association::write(&folder, &scored)?;
     report::write(folder, &scored.results, &scored.manifest)?;
+    page_beside(&place)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);
     ended(&scored, scene)

@@ -6,6 +6,7 @@ use super::online::times;
 use crate::command::cli::{RunArgs, TablesChoice};
 use crate::command::error::BenchError;
 use crate::command::places::places;
+use crate::command::report::REPORT;
 use crate::result::grid::Style;
 use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
@@ -35,8 +36,12 @@ pub fn say(
         TablesChoice::Short => short(scored, stdout)?,
         TablesChoice::All => all(scored, stdout)?,
     }
-    let mut kinds =
-        vec![("tables", vec![TABLES]), ("raw scores", vec![FILE_NAME]), ("pictures", pictures.to_vec())];
+    let mut kinds = vec![
+        ("report", vec![REPORT]),
+        ("tables", vec![TABLES]),
+        ("raw scores", vec![FILE_NAME]),
+        ("pictures", pictures.to_vec()),
+    ];
     if !scored.episodes.is_empty() {
         kinds.push(("trajectories", vec!["<seed>/<method>.tum"]));
     }

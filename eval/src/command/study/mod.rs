@@ -8,6 +8,7 @@ use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
 use crate::command::folder::is_there;
 use crate::command::places::places;
+use crate::command::report::{REPORT, page_beside};
 use crate::exit::Exit;
 use crate::pipeline::{
     ImportedViews, Pipeline, StudyViews, Teller, VariantModels, finished_model, imported_views, study_views,
@@ -107,11 +108,13 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let pictures: Vec<&str> = drawn.iter().map(|(name, _)| *name).collect();
     drawn.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
     report::write(folder, &results, &manifest)?;
+    page_beside(&place)?;
     progress.note(&format!("written to {}", place.display()));
     if let Some(table) = results.table(OF_LATENTS.name) {
         writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
     }
     let kinds = [
+        ("report", vec![REPORT]),
         ("tables", vec![report::TABLES]),
         ("variants", vec![VARIANTS]),
         ("raw scores", vec![FILE_NAME]),
