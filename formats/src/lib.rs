@@ -11,6 +11,7 @@
 //! | MH-iSAM2 (Hsiao & Kaess 2019) | an ambiguous measurement of the plane | | [`mh::read`] | |
 //! | Mu et al. 2016 | a track among objects of the plane | | [`mu::read`] | |
 //! | COIL-100's names (Nene et al. 1996) | a photograph from an azimuth | | [`read_turned_photos`] | |
+//! | KITTI, EuRoC | a pose | | [`Trajectory::from_kitti`], [`Trajectory::from_euroc`] | |
 //! | TUM | a pose | [`write_tum`](vantage_dataset::store::write_tum) | [`Trajectory::from_tum`] | evo, the TUM RGB-D tools |
 //!
 //! | module | what it holds |
@@ -45,6 +46,7 @@ mod meeting;
 pub mod mh;
 pub mod mu;
 mod picture;
+mod pose_text;
 mod rigid;
 mod rle;
 mod shard;
@@ -62,6 +64,7 @@ pub use bop::{
 pub use crops::{CropLayout, CropOptions, CropWriter};
 pub use import::{ImportError, ImportReport, Problem, Skipped};
 pub use lens::Lens;
+pub use pose_text::{PoseText, PoseTextError};
 pub use shard::{
     FORMAT, Inventory, LayoutManifest, ObjectRecord, Opened, SET_ASIDE, ShardRecord, verify_layout,
 };

@@ -49,6 +49,52 @@ fn errors_are_told_as_a_table_and_as_json() {
 }
 
 #[test]
+fn files_of_kitti_and_euroc_are_known_by_their_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let [truth, estimate] = written(folder.path());
+    let poses = |path: &Path| -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(path).unwrap();
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        lines.map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect()).collect()
+    };
+    let matrix = |pose: &Vec<f64>| {
+        let [_, tx, ty, tz, x, y, z, w] = pose[..] else { panic!() };
+        let rows = [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y), tx],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x), ty],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y), tz],
+        ];
+        rows.as_flattened().iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+    };
+    let euroc = |pose: &Vec<f64>| {
+        let [t, x, y, z, qx, qy, qz, qw] = pose[..] else { panic!() };
+        format!("{:.0},{x},{y},{z},{qw},{qx},{qy},{qz},0.1,0.2", 1e9 * t)
+    };
+    let as_text = |path: &Path, name: &str, line: &dyn Fn(&Vec<f64>) -> String| {
+        let other = folder.path().join(name);
+        fs::write(&other, poses(path).iter().map(|pose| line(pose) + "\n").collect::<String>()).unwrap();
+        other
+    };
+    let rmse = |paths: [&Path; 2]| {
+        let told = score(&paths.map(Path::to_owned), &["--json", "--align", "se3"]);
+        told.expect(0, &[]);
+        let told: Value = serde_json::from_str(&told.stdout).unwrap();
+        [0, 1, 2, 3].map(|error| told["errors"][error]["rmse"].as_f64().unwrap())
+    };
+    let kitti = [as_text(&truth, "t.txt", &matrix), as_text(&estimate, "e.txt", &matrix)];
+    let table = as_text(&truth, "t.csv", &euroc);
+    let expected = rmse([&truth, &estimate]);
+    for told in [rmse([&kitti[0], &kitti[1]]), rmse([&table, &estimate])] {
+        assert!(told.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{told:?} {expected:?}");
+    }
+    score(&[kitti[0].clone(), estimate], &[]).expect(2, &["no times"]);
+    fs::write(&kitti[1], "1 0 0 0 0 1 0 0 0 0 1 0\n").unwrap();
+    score(&kitti, &[]).expect(2, &["40 true and 1 estimated"]);
+    fs::write(&kitti[1], "1 0 0 0 0 1 0 0 0 0 1 0\n1 2\n").unwrap();
+    score(&kitti, &[]).expect(2, &["line 2: 2 numbers, expected 12"]);
+}
+
+#[test]
 fn what_cannot_be_compared_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let [truth, estimate] = written(folder.path());

@@ -4,6 +4,7 @@ use super::scene::error::RunError;
 use super::scene::line::{Beside, line, seeds};
 use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
+use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::gate::{Machine, comparable, compare, junit};
 use crate::pipeline::Naming;
@@ -27,7 +28,8 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
     let has = |table| baseline.table(table).is_some();
-    let beside = Beside { online: has(ONLINE), associate: has(ASSOCIATION), associations: &[] };
+    let beside =
+        Beside { online: has(ONLINE), associate: has(ASSOCIATION), associations: &[], part: Part::default() };
     let fresh = line(&args.scene, &args.stages, Naming::Kind, beside)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::terminal()))?;

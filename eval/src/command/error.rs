@@ -10,6 +10,7 @@ use super::report::error::ReportError;
 use super::scene::error::RunError;
 use super::score::error::ScoreError;
 use super::source::error::SourceError;
+use super::sweep::error::SweepError;
 use super::validation::error::ValidationError;
 use crate::exit::{Ends, Exit};
 use crate::figure::FigureError;
@@ -87,6 +88,7 @@ errors! {
     Import(ImportError) "{0}";
     ImportRefused(ImportRefusal) "{0}";
     Baseline(BaselineError) "{0}";
+    Sweep(SweepError) "{0}";
     Look(LookError) "{0}";
     Report(ReportError) "{0}";
     #[cfg(feature = "rerun")]

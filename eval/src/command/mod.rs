@@ -27,6 +27,7 @@ mod shell;
 pub mod source;
 #[cfg(feature = "train")]
 mod study;
+mod sweep;
 #[cfg(feature = "train")]
 mod train;
 mod validation;
@@ -47,6 +48,7 @@ pub use score::score;
 pub use shell::{completions, man};
 #[cfg(feature = "train")]
 pub use study::study;
+pub use sweep::sweep;
 #[cfg(feature = "train")]
 pub use train::train;
 pub use validation::{calibrate, headroom};

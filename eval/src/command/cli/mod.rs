@@ -5,6 +5,7 @@ mod import;
 mod loudness;
 mod score;
 mod stages;
+mod sweep;
 
 use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, ReportFormat, SplitChoice, TablesChoice};
@@ -12,6 +13,7 @@ pub use import::ImportArgs;
 pub use loudness::LoudnessArgs;
 pub use score::ScoreArgs;
 pub use stages::{MakingArgs, StageArgs};
+pub use sweep::{SweepArgs, SweepCommand};
 
 use super::help::{EXAMPLES, EXIT_CODES};
 use clap::builder::RangedI64ValueParser;
@@ -68,6 +70,8 @@ pub enum Command {
     Score(ScoreArgs),
     /// Trains models in several ways on the same views and compares them (`--features train`).
     Study(StudyArgs),
+    /// Splits a scene, a study or a map into tasks for several machines.
+    Sweep(SweepArgs),
     /// Trains the scene's model from scratch (`--features train`).
     Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.

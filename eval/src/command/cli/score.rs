@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// `bench score TRUTH ESTIMATE`: how far two trajectories are apart.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct ScoreArgs {
-    /// The true trajectory: a TUM file.
+    /// The true trajectory: a file of TUM's, KITTI's or EuRoC's.
     #[arg(value_name = "TRUTH")]
     pub truth: PathBuf,
     /// The estimated one.

@@ -30,7 +30,7 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
 
     let embeddings = latents::embeddings(&model, &set)?;
     let (svg, png) = latents::map(&set, &embeddings)?.ok_or(FigureError::Empty { figure: "t-SNE" })?;
-    let mut drawn = vec![("latents.svg", svg.into_bytes()), (latents::LATENTS, png)];
+    let mut drawn = vec![(latents::LATENTS_DOTS, svg.into_bytes()), (latents::LATENTS, png)];
     drawn.extend(posteriors(&set, &embeddings)?.map(|csv| ("posterior.csv", csv)));
     match model.viewing() {
         Some(viewing) => {

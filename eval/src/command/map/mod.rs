@@ -10,6 +10,7 @@ use super::cli::{MakingArgs, MapArgs, RunArgs};
 use super::scene::error::RunError;
 use crate::command::error::BenchError;
 use crate::command::places::places;
+use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::pipeline::{Cell, PANICKED, Pass, cell, row_names};
 use crate::progress::Progress;
@@ -45,12 +46,52 @@ struct Source {
 
 /// Makes the map, prints its tables and writes it below `args.out`.
 pub fn map(args: &MapArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
-    let map: MapFile = scene_file::read(&args.map)?;
-    let scene_path = args.map.parent().unwrap_or(Path::new("")).join(&map.scene);
-    let scene = scene_file::read(&scene_path)?;
-    let source = Source { map, path: args.map.clone(), scene, scene_path };
+    let source = Source::read(args)?;
     let options = serde_json::to_value(args)?;
     make(&source, (&args.out, &args.making, args.seeds, args.replace), options, stdout)
+}
+
+/// Makes some of the cells, and leaves them in the cache.
+pub fn part(args: &MapArgs, part: Part) -> Result<(), BenchError> {
+    make_part(&Source::read(args)?, &args.making, args.seeds, part)
+}
+
+/// Likewise, of a scene that varies some of its fields.
+pub fn part_of_varied(args: &RunArgs, scene: SceneFile, path: &Path, part: Part) -> Result<(), BenchError> {
+    make_part(&Source::of_varied(args, scene, path)?, &args.stages.making, args.stages.seeds, part)
+}
+
+impl Source {
+    fn read(args: &MapArgs) -> Result<Self, BenchError> {
+        let map: MapFile = scene_file::read(&args.map)?;
+        let scene_path = args.map.parent().unwrap_or(Path::new("")).join(&map.scene);
+        let scene = scene_file::read(&scene_path)?;
+        Ok(Self { map, path: args.map.clone(), scene, scene_path })
+    }
+
+    fn seeds(&self, asked: Option<u64>) -> Vec<Seed> {
+        match asked {
+            Some(count) => (0..count).map(Seed).collect(),
+            None => self.map.seeds.as_ref().unwrap_or(&self.scene.evaluation.seeds).as_slice().to_vec(),
+        }
+    }
+
+    fn of_varied(args: &RunArgs, scene: SceneFile, path: &Path) -> Result<Self, BenchError> {
+        let given = [
+            (args.online, "`--online`"),
+            (args.associate, "`--associate`"),
+            (!args.associations.is_empty(), "`--associations`"),
+            (args.json, "`--json`"),
+            (args.stages.train, "`--train`"),
+            (!args.stages.model.is_empty(), "`--model`"),
+            (!args.stages.trajectories.is_empty(), "`--trajectories`"),
+        ];
+        if let Some((_, what)) = given.into_iter().find(|(given, _)| *given) {
+            return Err(RunError::Varies { scene: path.to_owned(), what }.into());
+        }
+        let map = MapFile::of_scene(&scene).expect("asked of a scene that varies a field alone");
+        Ok(Self { map, path: path.to_owned(), scene, scene_path: path.to_owned() })
+    }
 }
 
 /// Makes the map of a scene that varies some of its fields.
@@ -60,21 +101,7 @@ pub fn sweep(
     path: &Path,
     stdout: &mut impl Write,
 ) -> Result<Exit, BenchError> {
-    let given = [
-        (args.online, "`--online`"),
-        (args.associate, "`--associate`"),
-        (!args.associations.is_empty(), "`--associations`"),
-        (args.json, "`--json`"),
-        (args.stages.train, "`--train`"),
-        (!args.stages.model.is_empty(), "`--model`"),
-        (!args.stages.trajectories.is_empty(), "`--trajectories`"),
-    ];
-    if let Some((_, what)) = given.into_iter().find(|(given, _)| *given) {
-        return Err(RunError::Varies { scene: path.to_owned(), what }.into());
-    }
-    let map = MapFile::of_scene(&scene).expect("asked of a scene that varies a field alone");
-    let (path, scene_path) = (path.to_owned(), path.to_owned());
-    let source = Source { map, path, scene, scene_path };
+    let source = Source::of_varied(args, scene, path)?;
     let options = serde_json::to_value(args)?;
     make(&source, (&args.out, &args.stages.making, args.stages.seeds, args.replace), options, stdout)
 }
@@ -109,6 +136,20 @@ fn each_row_once<'a>(
     Ok(())
 }
 
+fn make_part(source: &Source, making: &MakingArgs, seeds: Option<u64>, part: Part) -> Result<(), BenchError> {
+    let Source { map, path, scene, scene_path } = source;
+    let seeds = source.seeds(seeds);
+    let progress = Progress::notes_once();
+    let passes = part.of(expand::passes(map, path, scene)?);
+    let stage = Progress::detect().stage("cells", passes.len() as u64);
+    for (_, passes) in &passes {
+        let (path, cache, renderer) = (scene_path.as_path(), making.cache.as_path(), making.renderer.into());
+        cell(&Cell { passes, path, cache, renderer, seeds: &seeds, progress: &progress })?;
+        stage.advance(1);
+    }
+    Ok(())
+}
+
 fn make(
     source: &Source,
     (out, making, seeds, replace): (&Path, &MakingArgs, Option<u64>, bool),
@@ -117,10 +158,7 @@ fn make(
 ) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(out)?;
     let Source { map, path, scene, scene_path } = source;
-    let seeds: Vec<Seed> = match seeds {
-        Some(count) => (0..count).map(Seed).collect(),
-        None => map.seeds.as_ref().unwrap_or(&scene.evaluation.seeds).as_slice().to_vec(),
-    };
+    let seeds = source.seeds(seeds);
     let place = ResultKind::Map.place(out.path(), &map.name);
     if let Some(standing) = Standing::read(&place).filter(|_| !replace) {
         standing.allows(&place, &seeds, true)?;

@@ -5,6 +5,7 @@ use super::record::Record;
 use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
 use crate::command::placed;
+use crate::command::sweep::Part;
 use crate::pipeline::{
     LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedAssociations, SeedEpisode, SeedOnline,
     StageError, association_rows, association_table, associations, chosen_models, episodes, estimates,
@@ -31,6 +32,8 @@ pub struct Beside<'a> {
     pub associate: bool,
     /// Folders of other associators' answers to that.
     pub associations: &'a [PathBuf],
+    /// The share of the seeds that it takes.
+    pub part: Part,
 }
 
 /// Runs the line on a scene.
@@ -44,7 +47,7 @@ pub fn line(
     if beside.associate && !pipeline.drives() {
         return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--associate`" }.into());
     }
-    let seeds = seeds(&pipeline.file, stages);
+    let seeds = beside.part.of(seeds(&pipeline.file, stages));
     if pipeline.recorded().is_none() {
         has_room(&pipeline, &seeds, scene)?;
     }

@@ -10,8 +10,9 @@ mod said;
 
 use super::cli::{RunArgs, StageArgs};
 use crate::command::error::BenchError;
-use crate::command::map::sweep;
+use crate::command::map::{part_of_varied, sweep};
 use crate::command::report::page_beside;
+use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::pipeline::{Naming, PANICKED, model_hash, reference_model};
 use crate::progress::Progress;
@@ -42,8 +43,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     if !args.replace {
         keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
     }
-    let beside = Beside { online: args.online, associate: args.associate, associations: &args.associations };
-    let scored = line(&scene, &args.stages, Naming::Folder, beside)?;
+    let scored = line(&scene, &args.stages, Naming::Folder, beside(args, Part::default()))?;
     let progress = Progress::detect();
     let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
     let place = folder.path().to_owned();
@@ -55,6 +55,23 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);
     ended(&scored, scene)
+}
+
+/// Does the stages of some of the seeds, and leaves them in the cache.
+pub fn part(args: &RunArgs, part: Part) -> Result<(), BenchError> {
+    let scene = args.scene.clone().unwrap_or_default();
+    let file: SceneFile = scene_file::read(&scene)?;
+    if !file.vary.is_empty() {
+        return part_of_varied(args, file, &scene, part);
+    }
+    if part.of(seeds(&file, &args.stages)).is_empty() {
+        return Ok(());
+    }
+    line(&scene, &args.stages, Naming::Folder, beside(args, part)).map(drop)
+}
+
+fn beside(args: &RunArgs, part: Part) -> Beside<'_> {
+    Beside { online: args.online, associate: args.associate, associations: &args.associations, part }
 }
 
 /// Refuses to put a result of fewer seeds, or of another model, in the place of the one that lies there; tells where that is of another

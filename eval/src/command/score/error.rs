@@ -6,6 +6,7 @@ use crate::score::alignment::AlignmentError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
+use vantage_formats::PoseTextError;
 
 /// Why two trajectories are not compared.
 #[derive(Debug, Error)]
@@ -25,6 +26,29 @@ pub enum ScoreError {
         path: PathBuf,
         /// Why.
         source: TumError,
+    },
+    /// Likewise, of KITTI's or EuRoC's.
+    #[error("{}: {source}", path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: PoseTextError,
+    },
+    /// One of the files has no times.
+    #[error(
+        "one trajectory is KITTI's, which has no times, and the other is not: give both as KITTI, or both with times"
+    )]
+    Untimed,
+    /// Trajectories without times, of other lengths.
+    #[error(
+        "{truth} true and {estimate} estimated poses of KITTI's, which has no times: expected one for one"
+    )]
+    Numbers {
+        /// True poses.
+        truth: usize,
+        /// Estimated ones.
+        estimate: usize,
     },
     /// No pose of one is near one of the other in time.
     #[error(

@@ -15,6 +15,7 @@ use error::ScoreError;
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
+use vantage_formats::PoseText;
 
 /// What is told of two trajectories.
 #[derive(Serialize)]
@@ -58,8 +59,14 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 }
 
 fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
-    let truth = read(&args.truth, Trajectory::recorded_from_tum)?;
-    let estimate = read(&args.estimate, Trajectory::from_tum)?;
+    let (truth, of_truth) = read(&args.truth, Trajectory::recorded_from_tum)?;
+    let (estimate, of_estimate) = read(&args.estimate, Trajectory::from_tum)?;
+    if (of_truth == PoseText::Kitti) != (of_estimate == PoseText::Kitti) {
+        return Err(ScoreError::Untimed);
+    }
+    if of_truth == PoseText::Kitti && truth.len() != estimate.len() {
+        return Err(ScoreError::Numbers { truth: truth.len(), estimate: estimate.len() });
+    }
     let pairs = Pairs::by_time(&truth, &estimate, args.max_difference);
     if pairs.truth().is_empty() {
         let span = |of: &Trajectory| [0, of.len() - 1].map(|i| of.timestamps()[i]);
@@ -92,9 +99,21 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
 fn read(
     path: &Path,
     parse: impl FnOnce(&str) -> Result<Trajectory, TumError>,
-) -> Result<Trajectory, ScoreError> {
-    let text = text(path).map_err(|source| ScoreError::Read { path: path.to_owned(), source })?;
-    parse(&text).map_err(|source| ScoreError::Tum { path: path.to_owned(), source })
+) -> Result<(Trajectory, PoseText), ScoreError> {
+    let path = path.to_owned();
+    let text = match text(&path) {
+        Ok(text) => text,
+        Err(source) => return Err(ScoreError::Read { path, source }),
+    };
+    let format = PoseText::of(&text);
+    let read = match format {
+        PoseText::Tum => {
+            return Ok((parse(&text).map_err(|source| ScoreError::Tum { path, source })?, format));
+        }
+        PoseText::Kitti => Trajectory::from_kitti(&text),
+        PoseText::Euroc => Trajectory::from_euroc(&text),
+    };
+    Ok((read.map_err(|source| ScoreError::Text { path, source })?, format))
 }
 
 fn table(errors: &[Scored]) -> String {

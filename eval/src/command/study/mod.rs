@@ -9,6 +9,7 @@ use crate::command::error::BenchError;
 use crate::command::folder::is_there;
 use crate::command::places::places;
 use crate::command::report::{REPORT, page_beside};
+use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::pipeline::{
     ImportedViews, Pipeline, StudyViews, Teller, VariantModels, finished_model, imported_views, study_views,
@@ -46,6 +47,27 @@ const VARIANTS: &str = "variants.md";
 pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let study: StudyFile = scene_file::read(&args.study)?;
+    let made = make(args, study)?;
+    write(&out, made, stdout)
+}
+
+/// Trains and scores some of the variants, and leaves them in the cache.
+pub fn part(args: &StudyArgs, part: Part) -> Result<(), BenchError> {
+    let mut study: StudyFile = scene_file::read(&args.study)?;
+    study.variants = part.of(study.variants);
+    if study.variants.is_empty() { Ok(()) } else { make(args, study).map(drop) }
+}
+
+/// A study with its scores.
+struct Made {
+    study: StudyFile,
+    results: Results,
+    manifest: Manifest,
+    drawn: Drawn,
+    any: bool,
+}
+
+fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
     let beside = args.study.parent().unwrap_or(Path::new(""));
     let pipeline =
         Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
@@ -92,9 +114,13 @@ pub fn study(args: &StudyArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let (scores, drawn) = scored(&pipeline, &study, &views, finished, &trunks, &mut manifest)?;
     let any = scores.any();
     let results = Results::new(&study.name, &hash, scores.tables(&study, &seeds)?);
+    Ok(Made { study, results, manifest, drawn, any })
+}
 
+fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let Made { study, results, manifest, drawn, any } = made;
     let progress = Progress::detect();
-    let folder = ResultFolder::open(&out, &study.name, ResultKind::Study, &progress)?;
+    let folder = ResultFolder::open(out, &study.name, ResultKind::Study, &progress)?;
     let place = folder.path().to_owned();
     folder.write(VARIANTS, variants(&study).as_bytes())?;
     // Images of others may not be shown: of their views there are dots alone.
