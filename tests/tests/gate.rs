@@ -131,3 +131,45 @@ fn planted_regressions_are_found() {
         );
     }
 }
+
+#[test]
+fn a_baseline_is_renewed_with_its_reason_and_not_from_files_that_nobody_has() {
+    let scene = SmallScene::new(&[]);
+    let git = |arguments: &[&str]| {
+        let identity = ["-c", "user.name=t", "-c", "user.email=t@t", "-c", "commit.gpgsign=false"];
+        let mut command = std::process::Command::new("git");
+        command
+            .current_dir(scene.path(""))
+            .args(identity)
+            .args(arguments)
+            .output()
+            .is_ok_and(|out| out.status.success())
+    };
+    let renew = |why: &str| {
+        let mut command = scene.on(&["baseline"], "scene.yaml");
+        command.current_dir(scene.path("")).arg("--baseline").arg(scene.path("kept")).args(["--why", why]);
+        Finished::of(&mut command)
+    };
+    renew(" \n").expect(2, &["--why is empty"]);
+    renew("the  first\none").expect(0, &[]);
+    let reasons = || fs::read_to_string(scene.path("kept/BASELINES.md")).expect("reasons");
+    assert!(reasons().ends_with("\n- small: the first one\n"), "{}", reasons());
+    if !git(&["init", "-q"]) {
+        eprintln!("SKIPPED: git is not installed");
+        return;
+    }
+    assert!(git(&["add", "scene.yaml", "kept"]) && git(&["commit", "-q", "-m", "a scene"]));
+    renew("another").expect(0, &[]);
+    let lines: Vec<String> = reasons().lines().map(str::to_owned).collect();
+    assert!(
+        lines[lines.len() - 1].starts_with("- small, commit ")
+            && lines[lines.len() - 1].ends_with(": another"),
+        "{lines:?}"
+    );
+    let text = fs::read_to_string(scene.path("scene.yaml")).expect("a scene");
+    fs::write(scene.path("scene.yaml"), text + "# changed\n").expect("a changed scene");
+    renew("a third").expect(2, &["scene.yaml is changed and not committed"]);
+    fs::write(scene.path("kept/BASELINES.md"), [0xff]).expect("no text");
+    assert!(git(&["commit", "-q", "-am", "changed"]));
+    renew("a third").expect(2, &["BASELINES.md"]);
+}

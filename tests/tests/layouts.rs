@@ -331,6 +331,20 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
     import("none", &["--objects", "obj_000001"]).expect(2, &["--objects is for a view set"]);
     import("none", &["--views", "--objects", "obj_000099"]).expect(2, &["no object obj_000099"]);
 
+    let broken = scene.path("broken");
+    fs::create_dir(&broken).unwrap();
+    let whole = scene.path("d/bop/test/000000");
+    for name in ["scene_gt.json", "scene_camera.json"] {
+        let text = fs::read_to_string(whole.join(name)).unwrap();
+        let all: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text).unwrap();
+        let two: serde_json::Map<_, _> =
+            all.into_iter().filter(|(image, _)| image == "0" || image == "1").collect();
+        fs::write(broken.join(name), serde_json::to_vec(&two).unwrap()).unwrap();
+    }
+    let mut command = bench();
+    command.args(["import", "bop"]).arg(&broken).arg("--out").arg(scene.path("too_few"));
+    Finished::of(&mut command).expect(4, &["fewer than 3"]);
+
     let recorded = |seeds: &str, folder: &str| {
         let changed = format!("evaluation: {{ seeds: {seeds}, episodes: {folder} }}");
         let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();

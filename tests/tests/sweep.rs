@@ -38,6 +38,15 @@ fn tasks_together_give_the_bytes_of_one_process() {
     again.expect(0, &[]);
     assert!(again.stdout.contains("done already"), "{}", again.stdout);
 
+    let both = Finished::of(
+        bench()
+            .envs([("SLURM_ARRAY_TASK_ID", "0"), ("PARALLEL_SEQ", "2")])
+            .args(["sweep", "run"])
+            .arg(scene.path("plan")),
+    );
+    both.expect(2, &["not the same one", "--index"]);
+    told("HQ_TASK_ID", "last").expect(2, &["HQ_TASK_ID is \"last\""]);
+
     let estimates = || fs::read_dir(scene.path("shared/entries/estimate")).unwrap().count();
     let before = estimates();
     sweep(&scene, "merge", &[]).expect(0, &[]);
@@ -49,6 +58,12 @@ fn tasks_together_give_the_bytes_of_one_process() {
     };
     assert!(written("merged") == written("out"));
 
+    let plan = fs::read(scene.path("plan/plan.json")).unwrap();
+    fs::write(scene.path("plan/plan.json"), "{").unwrap();
+    planned(&scene, "3").expect(2, &["plan.json"]);
+    fs::remove_file(scene.path("plan/plan.json")).unwrap();
+    planned(&scene, "3").expect(2, &["another plan"]);
+    fs::write(scene.path("plan/plan.json"), plan).unwrap();
     let text = fs::read_to_string(scene.path("scene.yaml")).unwrap();
     fs::write(scene.path("scene.yaml"), text + "# changed\n").unwrap();
     sweep(&scene, "merge", &[]).expect(2, &["not as it was planned"]);

@@ -4,6 +4,7 @@ use super::scene::error::RunError;
 use super::scene::line::{Beside, line, seeds};
 use crate::command::cli::CheckArgs;
 use crate::command::error::BenchError;
+use crate::command::report::place;
 use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::gate::{Machine, comparable, compare, junit};
@@ -30,6 +31,10 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let has = |table| baseline.table(table).is_some();
     let beside =
         Beside { online: has(ONLINE), associate: has(ASSOCIATION), associations: &[], part: Part::default() };
+    let files = [&args.junit, &args.markdown, &args.json].into_iter().flatten();
+    files
+        .clone()
+        .try_for_each(|file| Ok::<_, BenchError>(OutputFolder::probe(&place(file)?.0).map(drop)?))?;
     let fresh = line(&args.scene, &args.stages, Naming::Kind, beside)?;
     let verdict = compare(&baseline, &fresh.results)?;
     write!(stdout, "{}", verdict.report(Style::terminal()))?;
@@ -50,6 +55,6 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<(), BenchError> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Ok(OutputFolder::probe(folder)?.write(file.file_name().unwrap_or_default(), bytes)?)
+    let (folder, name) = place(file)?;
+    Ok(OutputFolder::probe(&folder)?.write(name, bytes)?)
 }

@@ -54,7 +54,7 @@ impl Verdict {
         let remedy = if of(Movement::Regressed) + of(Movement::Unclear) > 0 {
             "Find out why before going on.\n"
         } else {
-            "Better or more than the baseline: run `bench` on the scene, commit its results, and say why in the CHANGELOG.\n"
+            "Better or more than the baseline: run `bench baseline SCENE --why TEXT`, and commit what it writes; in this repository say why in the CHANGELOG, too.\n"
         };
         format!("{line}\n{}\n\n{remedy}", draw(style, &HEAD.map(str::to_owned), rows))
     }

@@ -2,9 +2,9 @@
 
 use super::{Pipeline, StageError, code};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use vantage_dataset::store::{Key, read_manifest, verify, write_episode};
+use vantage_dataset::store::{Content, Key, read_manifest, verify, write_episode};
 use vantage_dataset::{Seed, Split};
 use vantage_sim::error::SimError;
 use vantage_sim::object::{Fixture, MeshLibrary};
@@ -73,6 +73,31 @@ pub fn episodes(pipeline: &Pipeline, seeds: &[Seed], split: Split) -> Result<Vec
     }
 }
 
+/// What the provenance of an episode says of its odometry where no noise was added.
+pub const TRUE_MOTION: &str = "true motion";
+
+/// What a reader of scores on recorded episodes has to know of them.
+pub fn recorded_caveat(episodes: &[SeedEpisode]) -> Result<String, StageError> {
+    let (mut parts, mut true_motion, mut all) = (BTreeSet::new(), false, 0);
+    for episode in episodes.iter().filter_map(|(_, episode)| episode.as_ref().ok()) {
+        let provenance = read_manifest(&episode.folder)?.provenance;
+        parts.extend(provenance.get("part").map(ToString::to_string));
+        true_motion |= provenance.get("odometry").is_some_and(|odometry| odometry == TRUE_MOTION);
+        all += 1;
+    }
+    let mut text = "The episodes were recorded.".to_owned();
+    if true_motion {
+        text += " Their odometry is the true motion, which no robot has.";
+    }
+    if !parts.is_empty() && parts.len() < all {
+        text += &format!(
+            " They are {} ways, each with several draws of noise: intervals take them for independent.",
+            parts.len()
+        );
+    }
+    Ok(text)
+}
+
 /// Episodes that were recorded, each checked as far as its hashes go.
 fn recorded(folder: &Path, seeds: &[Seed]) -> Result<Vec<SeedEpisode>, StageError> {
     if !folder.is_dir() {
@@ -83,8 +108,11 @@ fn recorded(folder: &Path, seeds: &[Seed]) -> Result<Vec<SeedEpisode>, StageErro
         if !folder.is_dir() {
             return Err(StageError::NoEpisode { folder });
         }
-        let seal = verify(&folder)?.seal;
-        Ok((seed, Ok(EpisodeFolder { seed, folder, seal })))
+        let manifest = verify(&folder)?;
+        if manifest.content != (Content::Episode { seed }) {
+            return Err(StageError::OtherEpisode { folder });
+        }
+        Ok((seed, Ok(EpisodeFolder { seed, folder, seal: manifest.seal })))
     };
     seeds.iter().map(|seed| read(*seed)).collect()
 }

@@ -72,6 +72,17 @@ pub enum StageError {
         /// The folder.
         folder: PathBuf,
     },
+    /// A folder of recorded episodes holds another thing.
+    #[error("{} is no episode of the seed that it is named after: leave it as `bench import` wrote it", folder.display())]
+    OtherEpisode {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Recorded episodes of a scene in which no robot drives, or that varies.
+    #[error(
+        "evaluation.episodes is for a scene in which a robot drives and nothing varies: leave it out, or copy the scene"
+    )]
+    NotRecordable,
     /// See [`AssociationEntryError`].
     #[error(transparent)]
     Associations(#[from] AssociationEntryError),
@@ -140,6 +151,8 @@ impl Ends for StageError {
             Self::NoViews { .. }
             | Self::NoEpisodes { .. }
             | Self::NoEpisode { .. }
+            | Self::OtherEpisode { .. }
+            | Self::NotRecordable
             | Self::NothingHeldOut { .. } => Exit::BadInput,
             Self::NotFinite { .. } | Self::StoredAnswers { .. } => Exit::StoredDataInvalid,
         }

@@ -36,7 +36,7 @@ pub use azimuth_sensor::AzimuthSensor;
 pub use cells::{Cell, CellRuns, Pass, cell, row_names};
 pub use code::SIMULATED;
 pub use embedding::embedding;
-pub use episodes::{EpisodeFolder, SeedEpisode, concerns_one_seed, episodes};
+pub use episodes::{EpisodeFolder, SeedEpisode, TRUE_MOTION, concerns_one_seed, episodes, recorded_caveat};
 pub use error::StageError;
 pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
 #[cfg(feature = "train")]
@@ -102,6 +102,9 @@ impl Pipeline {
         choice: RendererChoice,
         progress: Progress,
     ) -> Result<Self, StageError> {
+        if file.evaluation.episodes.is_some() && (file.robot.path.stations() || !file.vary.is_empty()) {
+            return Err(StageError::NotRecordable);
+        }
         let scene = file.checked(path, &progress)?;
         let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {

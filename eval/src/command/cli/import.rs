@@ -31,8 +31,8 @@ pub struct ImportArgs {
     /// Of a view set: only these objects, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub objects: Vec<String>,
-    /// Active Vision, BOP: the scene whose odometry's noise is added to the true motion, and whose detector's limits are those of
-    /// detections: a file, or the name of one that comes with the program.
+    /// Active Vision, BOP: the scene whose odometry's noise is added to the true motion; of BOP its detector's limits are those of
+    /// detections, too. A file, or the name of one that comes with the program.
     #[arg(long, value_name = "SCENE")]
     pub like: Option<PathBuf>,
     /// How often the noise is drawn: episodes of one way, alike but for their odometry.

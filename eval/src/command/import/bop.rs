@@ -42,6 +42,7 @@ pub(super) fn bop(
             .map(|((name, episode), seed)| (name, Episode { seed: Seed(seed), ..episode }))
             .collect(),
     };
+    report.views = driven.iter().map(|(_, episode)| episode.observations.detections.len()).sum();
     if !args.views {
         return Ok((Imported::Episodes(driven), report));
     }

@@ -10,6 +10,7 @@ use crate::command::cli::{ImportArgs, ImportLayout, SplitChoice};
 use crate::command::error::BenchError;
 use crate::command::folder::{FolderError, is_there};
 use crate::exit::Exit;
+use crate::pipeline::TRUE_MOTION;
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use error::ImportRefusal;
@@ -63,7 +64,8 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     if report.skipped.len() > TOLD {
         progress.note(&format!("left out: {} more", report.skipped.len() - TOLD));
     }
-    if report.views == 0 {
+    let is_none = matches!(&data, Imported::Episodes(episodes) if episodes.is_empty());
+    if report.views == 0 || is_none {
         writeln!(stdout, "nothing to import in {}: nothing was written", args.source.display())?;
         return Ok(Exit::NothingEvaluated);
     }
@@ -80,9 +82,15 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
             for (name, episode) in episodes {
                 let mut provenance = provenance.clone();
                 provenance.insert("part".to_owned(), name.clone().into());
+                let odometry = args.like.as_ref().map_or(TRUE_MOTION, |_| "drawn");
+                provenance.insert("odometry".to_owned(), odometry.into());
                 write_episode(&out.path().join(episode.seed.0.to_string()), episode, provenance)?;
             }
-            format!("detections in {} episodes, seeds 0 to {},", episodes.len(), episodes.len() - 1)
+            format!(
+                "detections in {} episodes, seeds 0 to {},",
+                episodes.len(),
+                episodes.len().saturating_sub(1)
+            )
         }
     };
     writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;

@@ -7,14 +7,14 @@ use thiserror::Error;
 /// Why there is no report.
 #[derive(Debug, Error)]
 pub enum ReportError {
-    /// No folder holds a result.
+    /// A folder without a result.
     #[error(
         "no results in {}: name a folder that `bench SCENE` or `bench study` wrote, or one that holds `scenes` or `studies`",
-        folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ")
+        folder.display()
     )]
     Nothing {
-        /// Those that were named.
-        folders: Vec<PathBuf>,
+        /// The folder.
+        folder: PathBuf,
     },
     /// The report's place is a folder.
     #[error("{} is no file name: say which file gets the report, as --out report.html", path.display())]

@@ -2,7 +2,7 @@
 
 use super::section::Section;
 use crate::result::gains_text;
-use crate::result::table_text::{Sheet, sheets};
+use crate::result::table_text::{Sheet, failures, sheets};
 
 /// Tables of all results, with the packages they need in a comment.
 pub(super) fn document(sections: &[Section]) -> String {
@@ -10,18 +10,23 @@ pub(super) fn document(sections: &[Section]) -> String {
     for section in sections {
         let scene = &section.results.scene;
         for table in &section.results.tables {
-            let gains = gains_text::sheets(table).into_iter().map(|(_, sheet)| sheet);
-            for sheet in sheets(table).into_iter().chain(gains) {
+            let gains = gains_text::sheets(table);
+            let told = gains.first().map(|(told, _)| told.clone());
+            for sheet in sheets(table).into_iter().chain(gains.into_iter().map(|(_, sheet)| sheet)) {
                 text += &tabular(scene, &sheet);
             }
+            let lines = failures(table).into_iter().chain(told);
+            text.extend(lines.map(|line| format!("\n{}\n", escaped(&line))));
         }
     }
     text
 }
 
 fn tabular(scene: &str, sheet: &Sheet) -> String {
-    let row =
-        |texts: &[String]| texts.iter().map(|text| cell(text)).collect::<Vec<_>>().join(" & ") + " \\\\\n";
+    // What begins with a bracket would be taken for an option of the line above.
+    let row = |texts: &[String]| {
+        "{}".to_owned() + &texts.iter().map(|text| cell(text)).collect::<Vec<_>>().join(" & ") + " \\\\\n"
+    };
     let columns = format!("l{}", "r".repeat(sheet.head.len().saturating_sub(1)));
     let rows: String = sheet.rows.iter().map(|texts| row(texts)).collect();
     format!(
@@ -83,7 +88,7 @@ mod tests {
             rows: vec![vec![text("a_b"), text("**-0.1** (n=3)")], vec![text("c"), text("-0.2")]],
         };
         let drawn = tabular("room", &sheet);
-        assert!(drawn.contains("a\\_b & \\textbf{-0.1} (n=3) \\\\\n"), "{drawn}");
-        assert!(drawn.contains("c & -0.2 \\\\\n\\bottomrule"), "{drawn}");
+        assert!(drawn.contains("{}a\\_b & \\textbf{-0.1} (n=3) \\\\\n"), "{drawn}");
+        assert!(drawn.contains("{}c & -0.2 \\\\\n\\bottomrule"), "{drawn}");
     }
 }

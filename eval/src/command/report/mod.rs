@@ -12,8 +12,9 @@ use crate::command::folder::is_there;
 use crate::command::index::folders;
 use crate::exit::Exit;
 use crate::result::kind::ResultKind;
+use crate::result::manifest::Manifest;
 use crate::result::output_folder::OutputFolder;
-use crate::result::results_file::FILE_NAME;
+use crate::result::results_file::{FILE_NAME, Results};
 use error::ReportError;
 use section::Section;
 use std::io::Write;
@@ -24,34 +25,34 @@ pub const REPORT: &str = "report.html";
 
 /// Reads every result that is named, or lies below a folder that is, and writes them as one file.
 pub fn report(args: &ReportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let (folder, name) = place(&args.out)?;
     let mut sections = Vec::new();
     for named in &args.results {
         is_there(named)?;
-        for folder in results_in(named) {
+        let folders = results_in(named);
+        if folders.is_empty() {
+            return Err(ReportError::Nothing { folder: named.clone() }.into());
+        }
+        for folder in folders {
             sections.push(Section::read(&folder)?);
         }
-    }
-    if sections.is_empty() {
-        return Err(ReportError::Nothing { folders: args.results.clone() }.into());
     }
     let text = match args.format {
         ReportFormat::Html => html::page(&sections)?,
         ReportFormat::Markdown => sections.iter().map(Section::markdown).collect::<Vec<_>>().join("\n"),
         ReportFormat::Latex => latex::document(&sections),
     };
-    let (folder, name) = place(&args.out)?;
     OutputFolder::probe(&folder)?.write(name, text.as_bytes())?;
     writeln!(stdout, "{} results in {}", sections.len(), args.out.display())?;
     Ok(Exit::Success)
 }
 
-/// Writes the page of one finished result beside it.
-pub fn page_beside(folder: &Path) -> Result<(), BenchError> {
-    let text = html::page(&[Section::read(folder)?])?;
-    Ok(OutputFolder::probe(folder)?.write(REPORT, text.as_bytes())?)
+/// The page of a result whose other files, pictures among them, are written.
+pub fn page_of(folder: &Path, results: &Results, manifest: &Manifest) -> Result<String, BenchError> {
+    html::page(&[Section::new(folder, results.clone(), serde_json::to_value(manifest)?)?])
 }
 
-fn place(out: &Path) -> Result<(PathBuf, &Path), ReportError> {
+pub(super) fn place(out: &Path) -> Result<(PathBuf, &Path), ReportError> {
     let name = out
         .file_name()
         .filter(|_| !out.is_dir())

@@ -28,6 +28,11 @@ impl Section {
         let failed = |reason: String| ReportError::Manifest { path: path.clone(), reason };
         let bytes = read_regular(&path, LARGEST_MANIFEST).map_err(|error| failed(error.to_string()))?;
         let manifest = serde_json::from_slice(&bytes).map_err(|error| failed(error.to_string()))?;
+        Self::new(folder, results, manifest)
+    }
+
+    /// With the pictures that lie in the folder.
+    pub(super) fn new(folder: &Path, results: Results, manifest: Value) -> Result<Self, BenchError> {
         Ok(Self { results, manifest, pictures: pictures(folder)? })
     }
 

@@ -48,7 +48,7 @@ pub fn line(
         return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--associate`" }.into());
     }
     let seeds = beside.part.of(seeds(&pipeline.file, stages));
-    if pipeline.recorded().is_none() {
+    if pipeline.recorded().is_none() && beside.part == Part::default() {
         has_room(&pipeline, &seeds, scene)?;
     }
     let entries = entries(&pipeline, stages, &seeds)?;

@@ -11,10 +11,10 @@ mod said;
 use super::cli::{RunArgs, StageArgs};
 use crate::command::error::BenchError;
 use crate::command::map::{part_of_varied, sweep};
-use crate::command::report::page_beside;
+use crate::command::report::{REPORT, page_of};
 use crate::command::sweep::Part;
 use crate::exit::Exit;
-use crate::pipeline::{Naming, PANICKED, model_hash, reference_model};
+use crate::pipeline::{Naming, PANICKED, StageError, concerns_one_seed, model_hash, reference_model};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
@@ -50,8 +50,8 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let mut pictures = pictures::write(&folder, &scored)?;
     pictures.extend(online::write(&folder, &scored)?);
     association::write(&folder, &scored)?;
+    folder.write(REPORT, page_of(&place, &scored.results, &scored.manifest)?.as_bytes())?;
     report::write(folder, &scored.results, &scored.manifest)?;
-    page_beside(&place)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);
     ended(&scored, scene)
@@ -67,7 +67,11 @@ pub fn part(args: &RunArgs, part: Part) -> Result<(), BenchError> {
     if part.of(seeds(&file, &args.stages)).is_empty() {
         return Ok(());
     }
-    line(&scene, &args.stages, Naming::Folder, beside(args, part)).map(drop)
+    match line(&scene, &args.stages, Naming::Folder, beside(args, part)) {
+        // A seed without a world is an answer, which the whole run gives again.
+        Err(BenchError::Stage(StageError::Sim(error))) if concerns_one_seed(&error) => Ok(()),
+        made => made.map(drop),
+    }
 }
 
 fn beside(args: &RunArgs, part: Part) -> Beside<'_> {

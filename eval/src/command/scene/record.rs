@@ -2,7 +2,7 @@
 
 use crate::command::cli::StageArgs;
 use crate::command::error::BenchError;
-use crate::pipeline::{LoadedModel, Pipeline, ScoredViews, SeedEpisode, caveat};
+use crate::pipeline::{LoadedModel, Pipeline, ScoredViews, SeedEpisode, caveat, recorded_caveat};
 use crate::result::manifest::{Manifest, Renderer};
 use crate::score::association_entry::AssociationEntry;
 use crate::score::entry::Entry;
@@ -51,6 +51,9 @@ impl Record {
         for model in models {
             let name = if single.is_some() { String::new() } else { format!(" {}", model.name) };
             caveats.extend(caveat(pipeline, &model.model)?.map(|what| format!("The model{name} {what}.")));
+        }
+        if pipeline.recorded().is_some() {
+            caveats.push(recorded_caveat(episodes)?);
         }
         Ok(Manifest {
             model_hash: single.map(|model| model.model.hash().to_owned()),

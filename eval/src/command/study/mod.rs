@@ -8,7 +8,7 @@ use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
 use crate::command::folder::is_there;
 use crate::command::places::places;
-use crate::command::report::{REPORT, page_beside};
+use crate::command::report::{REPORT, page_of};
 use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::pipeline::{
@@ -124,7 +124,8 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
     let place = folder.path().to_owned();
     folder.write(VARIANTS, variants(&study).as_bytes())?;
     // Images of others may not be shown: of their views there are dots alone.
-    let is_ours = study.views.is_none() && study.training_views.is_none();
+    let is_ours =
+        [&study.views, &study.training_views, &study.validation_views].into_iter().all(Option::is_none);
     let map = drawn.map.map(|(svg, png)| match is_ours {
         true => (latents::LATENTS, png),
         false => (latents::LATENTS_DOTS, svg.into_bytes()),
@@ -133,8 +134,8 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
     let drawn: Vec<(&str, Vec<u8>)> = map.into_iter().chain(worst).collect();
     let pictures: Vec<&str> = drawn.iter().map(|(name, _)| *name).collect();
     drawn.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
+    folder.write(REPORT, page_of(&place, &results, &manifest)?.as_bytes())?;
     report::write(folder, &results, &manifest)?;
-    page_beside(&place)?;
     progress.note(&format!("written to {}", place.display()));
     if let Some(table) = results.table(OF_LATENTS.name) {
         writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
@@ -230,7 +231,11 @@ fn scored(
                             [(name.clone(), Teller::Model(model)), (with_process(name), Teller::Both(model))];
                         for (row, teller) in rows {
                             let told = views.known_views(pipeline, known, teller)?.unwrap_or_default();
-                            if let (true, Some(set)) = (number == 0 && row == *name, views.first_scored()) {
+                            let is_drawn = number == 0
+                                && row == *name
+                                && seed == Seed(1)
+                                && Some(&known) == study.known_views.iter().max();
+                            if let (true, Some(set)) = (is_drawn, views.first_scored()) {
                                 drawn.worst = worst_png(set, known, &told)?;
                             }
                             scores.told(known, &row, seed, known_view_scores(&told));

@@ -26,6 +26,25 @@ pub enum SweepError {
         /// What is wrong.
         reason: String,
     },
+    /// The scene, the study or the map cannot be read.
+    #[error("{}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// A variable that should say which task holds no number.
+    #[error("{name} is {text:?}, which is no number of a task: give --index N")]
+    NoNumber {
+        /// The variable.
+        name: &'static str,
+        /// What it holds.
+        text: String,
+    },
+    /// Two variables say two tasks.
+    #[error("several variables say which task this is, and not the same one: give --index N")]
+    Ambiguous,
     /// The planned file is not as it was.
     #[error("{} is not as it was planned: plan anew", path.display())]
     Changed {

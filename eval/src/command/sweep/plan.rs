@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use vantage_dataset::store::read_regular;
 
 const FILE: &str = "plan.json";
+/// Folder of the marks of tasks that are done.
+const DONE: &str = "done";
 const VERSION: u32 = 1;
 const LARGEST: u64 = 1 << 20;
 
@@ -36,9 +38,12 @@ impl Plan {
 
     /// Writes it; the same plan again changes nothing.
     pub(super) fn write(&self, folder: &Path) -> Result<(), BenchError> {
-        if let Ok(there) = Self::read(folder) {
-            let same = there == *self;
+        if folder.join(FILE).exists() {
+            let same = Self::read(folder)? == *self;
             return if same { Ok(()) } else { Err(SweepError::Planned { folder: folder.to_owned() }.into()) };
+        }
+        if folder.join(DONE).exists() {
+            return Err(SweepError::Planned { folder: folder.to_owned() }.into());
         }
         Ok(OutputFolder::probe(folder)?
             .write(FILE, (serde_json::to_string_pretty(self)? + "\n").as_bytes())?)
@@ -75,7 +80,7 @@ impl Plan {
 }
 
 fn marker(index: usize) -> PathBuf {
-    PathBuf::from("done").join(index.to_string())
+    PathBuf::from(DONE).join(index.to_string())
 }
 
 fn file(cli: &Cli) -> &Path {
@@ -88,13 +93,21 @@ fn file(cli: &Cli) -> &Path {
 
 fn hash(path: &Path) -> Result<String, SweepError> {
     let text = read_regular(path, LARGEST)
-        .map_err(|error| SweepError::Plan { path: path.to_owned(), reason: error.to_string() })?;
+        .map_err(|error| SweepError::Unreadable { path: path.to_owned(), reason: error.to_string() })?;
     Ok(blake3::hash(&text).to_hex().to_string())
 }
 
 /// The task that Slurm, HyperQueue, Kubernetes or GNU parallel says this process is.
 pub(super) fn index_of_environment() -> Result<usize, SweepError> {
-    let told =
-        |(name, first): (&str, usize)| std::env::var(name).ok()?.parse::<usize>().ok()?.checked_sub(first);
-    VARIABLES.into_iter().find_map(told).ok_or(SweepError::NoIndex)
+    let told = VARIABLES.into_iter().filter_map(|(name, first)| {
+        let text = std::env::var(name).ok()?;
+        let index = text.parse::<usize>().ok().and_then(|number| number.checked_sub(first));
+        Some(index.ok_or(SweepError::NoNumber { name, text }))
+    });
+    let told = told.collect::<Result<Vec<usize>, _>>()?;
+    match told[..] {
+        [] => Err(SweepError::NoIndex),
+        [first, ..] if told.iter().all(|other| *other == first) => Ok(first),
+        _ => Err(SweepError::Ambiguous),
+    }
 }

@@ -42,7 +42,9 @@ fn arrangement(frames: &[Frame], is_given: bool) -> Arrangement<'_> {
     let mut cameras = Vec::new();
     for frame in frames {
         let given = frame.world_from_camera.filter(|_| is_given);
-        let Some(camera) = given.or_else(|| known.camera(frame)) else { break };
+        // That of the first image is the arrangement's frame.
+        let first = cameras.is_empty().then(Pose::identity);
+        let Some(camera) = given.or(first).or_else(|| known.camera(frame)) else { break };
         let mut with_it = known.clone();
         with_it.add(frame, &camera);
         if !cameras.is_empty() && 3 * with_it.moved.len() > with_it.placed.len() {
@@ -73,11 +75,8 @@ impl Known {
         self.placed.iter().filter(|(key, _)| !self.moved.contains(key))
     }
 
-    /// The camera's pose that most standing objects agree on; that of the first image is the arrangement's frame.
+    /// The camera's pose that most standing objects agree on.
     fn camera(&self, frame: &Frame) -> Option<Pose> {
-        if self.placed.is_empty() {
-            return Some(Pose::identity());
-        }
         let standing: BTreeMap<&Key, &Vec<Pose>> = self.standing().collect();
         let by_object: Vec<Pose> = frame
             .objects
@@ -184,6 +183,15 @@ mod tests {
             frame.world_from_camera = Some(frame.objects[0].camera_from_model.inverse());
         }
         assert_eq!(lengths(&arrangements(&frames)), [3]);
+    }
+
+    #[test]
+    fn images_without_objects_say_nothing_of_those_after_them() {
+        let mut frames = frames(5, &[]);
+        frames.iter_mut().take(2).for_each(|frame| frame.objects.clear());
+        let found = arrangements(&frames);
+        assert_eq!(lengths(&found), [1, 1, 3]);
+        assert!(found[0].placements.is_empty() && found[2].placements.len() == 6);
     }
 
     #[test]

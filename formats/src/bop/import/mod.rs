@@ -40,7 +40,7 @@ pub struct DetectionLimits {
 pub struct BopArrangement {
     /// `SCENE_NUMBER`.
     pub name: String,
-    /// What was seen, and what was true.
+    /// What was seen, and what was true; its seed says nothing.
     pub episode: Episode,
 }
 
@@ -58,7 +58,7 @@ impl BopScenes {
     ///
     /// # Errors
     ///
-    /// Annotations that are missing, are no JSON or contradict the layout, an "up" that nothing tells, and models that cannot be drawn.
+    /// Annotations that are missing, are no JSON or contradict the layout, and an "up" that nothing tells.
     pub fn read(
         &self,
         scene: &Path,
@@ -77,12 +77,16 @@ impl BopScenes {
                     .skip(scene, format!("arrangement {number}: {images} images, fewer than {LEAST_IMAGES}"));
                 continue;
             }
+            if arrangement.placements.is_empty() {
+                report.skip(scene, format!("arrangement {number}: no object stands still"));
+                continue;
+            }
             for key in &arrangement.moved {
                 report.skip(scene, format!("arrangement {number}: object {key} moved and is no track of it"));
             }
             let upright = upright(scene, &frames, &arrangement)?;
             let mut sights = Sights { scene, models: &self.models, limits, silhouettes, report };
-            read.extend(self.episode(&name, &arrangement, &upright, &mut sights)?);
+            read.extend(self.episode(&name, &arrangement, &upright, &mut sights));
         }
         Ok(read)
     }
@@ -93,7 +97,7 @@ impl BopScenes {
         arrangement: &Arrangement<'_>,
         upright: &Upright,
         sights: &mut Sights<'_>,
-    ) -> Result<Option<BopArrangement>, ImportError> {
+    ) -> Option<BopArrangement> {
         let mut objects = Vec::new();
         let mut tracks = Vec::new();
         for (key, pose) in &arrangement.placements {
@@ -106,8 +110,8 @@ impl BopScenes {
             tracks.push(*key);
             objects.push(self.object(name, key.object, model, &(upright.world_from_arrangement * pose)));
         }
-        let seen = sights.see(arrangement, &tracks)?;
-        let Some(camera) = seen.camera else { return Ok(None) };
+        let seen = sights.see(arrangement, &tracks);
+        let camera = seen.camera?;
         let world_from_camera = seen
             .frames
             .iter()
@@ -118,7 +122,7 @@ impl BopScenes {
             sights
                 .report
                 .skip(sights.scene, format!("{name}: fewer than {LEAST_IMAGES} images that can be read"));
-            return Ok(None);
+            return None;
         }
         let observations = Observations {
             timestamps: (0..world_from_robot.len()).map(|step| step as f64).collect(),
@@ -135,8 +139,8 @@ impl BopScenes {
             landmarks: Vec::new(),
             detections: visible.map(|visible_fraction| DetectionTruth { visible_fraction }).collect(),
         };
-        let seed = Seed(InstanceId::of_name(&format!("{}/{name}", self.dataset)).0);
-        Ok(Some(BopArrangement { name: name.to_owned(), episode: Episode { seed, observations, truth } }))
+        let name = name.to_owned();
+        Some(BopArrangement { name, episode: Episode { seed: Seed(0), observations, truth } })
     }
 
     fn object(&self, arrangement: &str, id: u32, model: &ReadModel, world_from_model: &Pose) -> ObjectTruth {

@@ -5,7 +5,7 @@ use super::arrangement::Arrangement;
 use super::files::{Frame, Key};
 use super::masks::{Silhouettes, Visible, visible};
 use super::mesh::ReadModel;
-use crate::import::{ImportError, ImportReport};
+use crate::import::ImportReport;
 use crate::picture::{read_jpeg, read_png};
 use image::RgbImage;
 use nalgebra::Vector2;
@@ -39,7 +39,7 @@ pub(super) struct Seen {
 }
 
 impl Sights<'_> {
-    pub(super) fn see(&mut self, arrangement: &Arrangement<'_>, tracks: &[Key]) -> Result<Seen, ImportError> {
+    pub(super) fn see(&mut self, arrangement: &Arrangement<'_>, tracks: &[Key]) -> Seen {
         let mut seen = Seen::default();
         for (number, frame) in arrangement.frames.iter().enumerate() {
             let Some(image) = self.image(frame) else { continue };
@@ -63,8 +63,7 @@ impl Sights<'_> {
                 seen.visible_fractions.push(fraction);
             }
         }
-        self.report.views += seen.detections.len();
-        Ok(seen)
+        seen
     }
 
     fn image(&mut self, frame: &Frame) -> Option<RgbImage> {
