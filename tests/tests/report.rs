@@ -36,7 +36,7 @@ fn a_run_ends_with_its_page() {
     report(&[&scene.path("out/scenes/small")], &tables, &["--format", "latex"]).expect(0, &[]);
     let text = fs::read_to_string(tables).unwrap();
     assert!(
-        text.contains("\\toprule\nMethod & Runs & ATE [m]") && text.contains("viewpoint\\_dependent &"),
+        text.contains("\\toprule\n{}Method & Runs & ATE [m]") && text.contains("viewpoint\\_dependent &"),
         "{text}"
     );
     let tables = scene.path("again.md");
