@@ -49,16 +49,20 @@ fn a_run_ends_with_its_page() {
 fn names_of_others_are_text_and_no_markup() {
     let folder = tempfile::tempdir().unwrap();
     let hostile = "<script>alert(1)</script>";
-    let from = root().join("results/studies/known");
+    let from = root().join("results/studies/real_meshes");
     let results = fs::read_to_string(from.join("results.json")).unwrap();
     let manifest = fs::read_to_string(from.join("manifest.json")).unwrap();
-    fs::write(folder.path().join("results.json"), results.replace("trunk_instances", hostile)).unwrap();
-    fs::write(folder.path().join("manifest.json"), manifest.replace("x86_64", hostile)).unwrap();
+    fs::write(folder.path().join("results.json"), results.replace("predictive", hostile)).unwrap();
+    let manifest = manifest.replace("x86_64", hostile);
+    let manifest = manifest.replace("\"files\": [", "\"files\": [\"\\\"><b>.png\", \"../elsewhere.png\",");
+    fs::write(folder.path().join("manifest.json"), manifest).unwrap();
+    fs::write(folder.path().join("of_another_run.png"), "no image").unwrap();
     fs::write(folder.path().join("\"><b>.png"), "no image").unwrap();
     let out = folder.path().join("page.html");
     report(&[folder.path()], &out, &[]).expect(0, &[]);
     let page = fs::read_to_string(out).unwrap();
     assert!(!page.contains(hostile) && !page.contains("\"><b>"));
+    assert_eq!(page.matches("<img ").count(), 1, "those of the result alone");
     assert!(page.matches("&lt;script&gt;alert(1)").count() >= 2);
 }
 

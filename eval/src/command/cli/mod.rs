@@ -1,16 +1,20 @@
 //! The command line of `bench`.
 
 mod choice;
+mod gate;
 mod import;
 mod loudness;
+mod report;
 mod score;
 mod stages;
 mod sweep;
 
 use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, ReportFormat, SplitChoice, TablesChoice};
+pub use gate::{BaselineArgs, CheckArgs};
 pub use import::ImportArgs;
 pub use loudness::LoudnessArgs;
+pub use report::ReportArgs;
 pub use score::ScoreArgs;
 pub use stages::{MakingArgs, StageArgs};
 pub use sweep::{SweepArgs, SweepCommand};
@@ -130,20 +134,6 @@ pub struct IndexArgs {
     pub results: PathBuf,
 }
 
-/// `bench report RESULTS...`: finished results as one file.
-#[derive(Clone, Debug, PartialEq, Args)]
-pub struct ReportArgs {
-    /// Folders of results, or folders that hold `scenes`, `studies` or `maps`.
-    #[arg(value_name = "RESULTS", required = true)]
-    pub results: Vec<PathBuf>,
-    /// What is written.
-    #[arg(long, value_enum, default_value_t)]
-    pub format: ReportFormat,
-    /// The file.
-    #[arg(long, value_name = "FILE", default_value = "report.html")]
-    pub out: PathBuf,
-}
-
 /// `bench calibrate SCENE [N]`: the estimator's settings on validation objects.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct CalibrateArgs {
@@ -168,46 +158,6 @@ pub struct ValidationArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub making: MakingArgs,
-}
-
-/// `bench check SCENE`: fresh results against the committed ones.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct CheckArgs {
-    /// The scene: a file, or the name of one that comes with the program.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
-    /// Folder of the committed results.
-    #[arg(long, value_name = "DIR", default_value = "results")]
-    pub baseline: PathBuf,
-    /// File that gets the verdict as JUnit XML, a test case for each score, for continuous integration.
-    #[arg(long, value_name = "FILE")]
-    pub junit: Option<PathBuf>,
-    /// File that gets the verdict as Markdown, as for a comment on a change.
-    #[arg(long, value_name = "FILE")]
-    pub markdown: Option<PathBuf>,
-    /// File that gets every comparison as JSON, SI units.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// How it is made.
-    #[command(flatten)]
-    pub stages: StageArgs,
-}
-
-/// `bench baseline SCENE --why TEXT`: results to be checked against.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct BaselineArgs {
-    /// The scene: a file, or the name of one that comes with the program.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
-    /// Why the baseline changes, in a line.
-    #[arg(long, value_name = "TEXT")]
-    pub why: String,
-    /// Folder of the committed results.
-    #[arg(long, value_name = "DIR", default_value = "results")]
-    pub baseline: PathBuf,
-    /// How it is made.
-    #[command(flatten)]
-    pub stages: StageArgs,
 }
 
 /// `bench dataset SCENE --out DIR`: crops, detections, odometry and truth as files.

@@ -47,9 +47,15 @@ pub fn report(args: &ReportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     Ok(Exit::Success)
 }
 
-/// The page of a result whose other files, pictures among them, are written.
-pub fn page_of(folder: &Path, results: &Results, manifest: &Manifest) -> Result<String, BenchError> {
-    html::page(&[Section::new(folder, results.clone(), serde_json::to_value(manifest)?)?])
+/// The page of a result whose pictures are written.
+pub fn page_of(
+    folder: &Path,
+    results: &Results,
+    manifest: &Manifest,
+    pictures: &[&str],
+) -> Result<String, BenchError> {
+    let pictures: Vec<String> = pictures.iter().map(|name| (*name).to_owned()).collect();
+    html::page(&[Section::new(folder, results.clone(), serde_json::to_value(manifest)?, &pictures)?])
 }
 
 pub(super) fn place(out: &Path) -> Result<(PathBuf, &Path), ReportError> {

@@ -49,18 +49,18 @@ pub(super) struct Picture {
     pub(super) data: String,
 }
 
-/// All SVG and PNG files of the folder, those that are known first. Of one picture in both forms only the SVG, which scales.
-pub(super) fn pictures(folder: &Path) -> Result<Vec<Picture>, BenchError> {
-    let unread = |source| OutputError { path: folder.to_owned(), source };
-    let entries = std::fs::read_dir(folder).map_err(unread)?;
-    let mut names: Vec<String> =
-        entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.retain(|name| mime(name).is_some());
+/// The SVG and PNG files among a result's files, as far as they are there, those that are known first. Of one picture in both forms only
+/// the SVG, which scales.
+pub(super) fn pictures(folder: &Path, files: &[String]) -> Result<Vec<Picture>, BenchError> {
+    let is_picture = |name: &&String| mime(name).is_some() && !name.contains(['/', '\\']);
+    let names: Vec<&String> =
+        files.iter().filter(is_picture).filter(|name| folder.join(name).is_file()).collect();
     let scales = |name: &str| {
         name.strip_suffix(".png")
-            .is_some_and(|stem| names.contains(&format!("{stem}.svg")) && stem != "latents")
+            .is_some_and(|stem| names.contains(&&format!("{stem}.svg")) && stem != "latents")
     };
-    let mut shown: Vec<String> = names.iter().filter(|name| !scales(name)).cloned().collect();
+    let mut shown: Vec<String> =
+        names.iter().filter(|name| !scales(name)).map(|name| (*name).clone()).collect();
     let place = |name: &str| SHOWN.iter().position(|(known, _)| *known == name).unwrap_or(SHOWN.len());
     shown.sort_by(|a, b| place(a).cmp(&place(b)).then(a.cmp(b)));
     let read = |name: String| {

@@ -27,13 +27,25 @@ impl Section {
         let path = folder.join(FILE_NAME);
         let failed = |reason: String| ReportError::Manifest { path: path.clone(), reason };
         let bytes = read_regular(&path, LARGEST_MANIFEST).map_err(|error| failed(error.to_string()))?;
-        let manifest = serde_json::from_slice(&bytes).map_err(|error| failed(error.to_string()))?;
-        Self::new(folder, results, manifest)
+        let manifest: Value = serde_json::from_slice(&bytes).map_err(|error| failed(error.to_string()))?;
+        let files = match manifest.get("files") {
+            Some(files) => {
+                serde_json::from_value(files.clone()).map_err(|error| failed(error.to_string()))?
+            }
+            // Older manifests name none.
+            None => all_in(folder),
+        };
+        Self::new(folder, results, manifest, &files)
     }
 
-    /// With the pictures that lie in the folder.
-    pub(super) fn new(folder: &Path, results: Results, manifest: Value) -> Result<Self, BenchError> {
-        Ok(Self { results, manifest, pictures: pictures(folder)? })
+    /// With the pictures among its files, and no others that may lie in the folder.
+    pub(super) fn new(
+        folder: &Path,
+        results: Results,
+        manifest: Value,
+        files: &[String],
+    ) -> Result<Self, BenchError> {
+        Ok(Self { results, manifest, pictures: pictures(folder, files)? })
     }
 
     /// What rows with a model do to the trajectory, and what a reader has to know first.
@@ -67,6 +79,11 @@ impl Section {
     fn text(&self, name: &str) -> Option<&str> {
         self.manifest.get(name)?.as_str()
     }
+}
+
+fn all_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
 }
 
 /// A value as people read it.

@@ -50,7 +50,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let mut pictures = pictures::write(&folder, &scored)?;
     pictures.extend(online::write(&folder, &scored)?);
     association::write(&folder, &scored)?;
-    folder.write(REPORT, page_of(&place, &scored.results, &scored.manifest)?.as_bytes())?;
+    folder.write(REPORT, page_of(&place, &scored.results, &scored.manifest, &pictures)?.as_bytes())?;
     report::write(folder, &scored.results, &scored.manifest)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);

@@ -134,7 +134,7 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
     let drawn: Vec<(&str, Vec<u8>)> = map.into_iter().chain(worst).collect();
     let pictures: Vec<&str> = drawn.iter().map(|(name, _)| *name).collect();
     drawn.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
-    folder.write(REPORT, page_of(&place, &results, &manifest)?.as_bytes())?;
+    folder.write(REPORT, page_of(&place, &results, &manifest, &pictures)?.as_bytes())?;
     report::write(folder, &results, &manifest)?;
     progress.note(&format!("written to {}", place.display()));
     if let Some(table) = results.table(OF_LATENTS.name) {
