@@ -12,6 +12,7 @@
 //! | Mu et al. 2016 | a track among objects of the plane | | [`mu::read`] | |
 //! | COIL-100's names (Nene et al. 1996) | a photograph from an azimuth | | [`read_turned_photos`] | |
 //! | KITTI, EuRoC | a pose | | [`Trajectory::from_kitti`], [`Trajectory::from_euroc`] | |
+//! | NPZ | an array | [`npz::Npz`] | | NumPy, evo |
 //! | TUM | a pose | [`write_tum`](vantage_dataset::store::write_tum) | [`Trajectory::from_tum`] | evo, the TUM RGB-D tools |
 //!
 //! | module | what it holds |
@@ -45,6 +46,7 @@ mod mean_pose;
 mod meeting;
 pub mod mh;
 pub mod mu;
+pub mod npz;
 mod picture;
 mod pose_text;
 mod rigid;

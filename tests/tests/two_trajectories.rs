@@ -121,3 +121,49 @@ fn what_cannot_be_compared_is_refused_with_a_remedy() {
     score(&twice, &["--align", "yaw"]).expect(0, &[]);
     score(&[truth, estimate], &["--delta", "0"]).expect(2, &["above 0"]);
 }
+
+#[test]
+fn results_for_evo_hold_what_evo_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = written(folder.path());
+    let out = folder.path().join("evo");
+    score(&paths, &["--evo", out.to_str().unwrap()]).expect(0, &[]);
+    for name in ["ape_translation", "ape_rotation", "rpe_translation", "rpe_rotation"] {
+        let bytes = fs::read(out.join(format!("{name}.zip"))).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        for member in
+            ["info.json", "stats.json", "error_array.npy", "timestamps.npy", "truth.tum", "estimate.tum"]
+        {
+            assert!(text.contains(member), "{name} lacks {member}");
+        }
+        assert!(text.contains("\"est_name\":\"estimate\""), "{name}");
+    }
+}
+
+#[test]
+fn a_map_is_laid_on_the_truth_as_its_trajectory_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = written(folder.path());
+    let [truth, own] = ["true.csv", "own.csv"].map(|name| folder.path().join(name));
+    fs::write(&truth, "x,y,z,label\n1,2,0,mug\n-1,0,1,book\n").unwrap();
+    let frame = Pose::new([5.0, -3.0, 0.5].into(), [0.0, 0.0, 2.0].into());
+    let moved = |[x, y, z]: [f64; 3]| (frame * Pose::translation(x, y, z)).translation.vector;
+    let rows = [[1.0, 2.0, 0.1], [-1.0, 0.0, 1.0], [7.0, 7.0, 7.0]]
+        .map(|place| moved(place))
+        .map(|at| format!("{},{},{}\n", at.x, at.y, at.z));
+    fs::write(&own, format!("x,y,z\n{}", rows.concat())).unwrap();
+    let options = ["--map", own.to_str().unwrap(), "--true-map", truth.to_str().unwrap()];
+    let told = score(&paths, &[&options[..], &["--json"]].concat());
+    told.expect(0, &[]);
+    let told: Value = serde_json::from_str(&told.stdout).unwrap();
+    let of = |name: &str| told["object_map"][name].as_f64().unwrap();
+    assert_eq!((of("map_recall"), of("map_precision")), (1.0, 2.0 / 3.0));
+    assert!((of("map_center") - 0.1 / 2f64.sqrt()).abs() < 1e-9, "{told}");
+    let table = score(&paths, &options);
+    assert!(table.stdout.contains("Recall") && table.stdout.contains("0.666667"), "{}", table.stdout);
+    score(&paths, &options[..2]).expect(2, &["--true-map"]);
+    fs::write(&own, "x,y,z\n1,2,zero\n").unwrap();
+    score(&paths, &options).expect(2, &["own.csv", "line 2, z", "zero"]);
+    fs::remove_file(&own).unwrap();
+    score(&paths, &options).expect(2, &["own.csv", "no such file"]);
+}

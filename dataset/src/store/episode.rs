@@ -2,6 +2,7 @@
 
 use super::check;
 use super::error::{Fault, StoreError};
+use super::file_record::FileRecord;
 use super::hashed_file::{Sink, make_folder, read_verified, sync_folder, write_hashed};
 use super::instance_fields::{INSTANCE_ID, SYMMETRY, parse_symmetry, show_symmetry};
 use super::manifest::{Content, Manifest, Provenance, read_manifest, withdraw};
@@ -38,9 +39,79 @@ pub fn write_episode(
     provenance: Provenance,
 ) -> Result<Manifest, StoreError> {
     check::episode(episode).map_err(StoreError::unfit(folder))?;
-    let Episode { seed, observations: o, truth: t } = episode;
+    let Episode { seed, observations, truth: t } = episode;
     make_folder(&folder.join("truth"))?;
     withdraw(folder)?;
+    let mut files = observed(folder, observations, !t.landmarks.is_empty())?;
+    let mut write = |name: &str, fill: &dyn Fn(&mut Sink) -> io::Result<()>| {
+        let record = write_hashed(&folder.join(name), fill)?;
+        files.insert(name.to_owned(), record);
+        Ok::<_, StoreError>(())
+    };
+    write(OBJECTS.file, &|sink| {
+        OBJECTS.write(sink, t.objects.iter().enumerate(), |row, (track, object)| {
+            row.put(track)?;
+            row.put(object.instance)?;
+            row.put(&object.family)?;
+            row.put(show_symmetry(object.symmetry))?;
+            row.put_floats([&object.size])?;
+            row.put_floats(&pose_fields(&object.world_from_object))
+        })
+    })?;
+    write(DETECTION_TRUTHS.file, &|sink| {
+        DETECTION_TRUTHS.write(sink, t.detections.iter().enumerate(), |row, (i, detection)| {
+            row.put(i)?;
+            row.put_floats([&detection.visible_fraction])
+        })
+    })?;
+    let extents: Option<Vec<Extents>> = t.objects.iter().map(|object| object.extents).collect();
+    if let Some(extents) = &extents {
+        write(EXTENTS.file, &|sink| {
+            EXTENTS.write(sink, extents.iter().enumerate(), |row, (track, extents)| {
+                row.put(track)?;
+                row.put_floats(extents.half_sides.iter().chain(&extents.semi_axes))
+            })
+        })?;
+    }
+    if !t.landmarks.is_empty() {
+        write(LANDMARKS.file, &|sink| {
+            LANDMARKS.write(sink, t.landmarks.iter().enumerate(), |row, (landmark, point)| {
+                row.put(landmark)?;
+                row.put_floats(point.iter())
+            })
+        })?;
+    }
+    let robot = write_tum(&folder.join(ROBOT.file), &observations.timestamps, &t.world_from_robot)?;
+    files.insert(ROBOT.file.to_owned(), robot);
+    sync_folder(&folder.join("truth"))?;
+
+    let (steps, detections) = (observations.steps(), observations.detections.len());
+    let counts = [("steps", steps), ("detections", detections), ("objects", t.objects.len())];
+    Manifest::new(Content::Episode { seed: *seed }, counts, files, provenance).commit(folder)
+}
+
+/// Writes what a robot has of an episode into `folder`, as [`write_episode`] does, and nothing of what was true; `number` stands for the
+/// seed.
+pub fn write_observations(
+    folder: &Path,
+    number: Seed,
+    observations: &Observations,
+    provenance: Provenance,
+) -> Result<Manifest, StoreError> {
+    check::observations(observations).map_err(StoreError::unfit(folder))?;
+    make_folder(folder)?;
+    withdraw(folder)?;
+    let files = observed(folder, observations, !observations.landmarks.is_empty())?;
+    let counts = [("steps", observations.steps()), ("detections", observations.detections.len())];
+    Manifest::new(Content::Episode { seed: number }, counts, files, provenance).commit(folder)
+}
+
+/// The files of what a robot has; a table of landmarks where they are measured.
+fn observed(
+    folder: &Path,
+    o: &Observations,
+    with_landmarks: bool,
+) -> Result<BTreeMap<String, FileRecord>, StoreError> {
     let mut files = BTreeMap::new();
     let mut write = |name: &str, fill: &dyn Fn(&mut Sink) -> io::Result<()>| {
         let record = write_hashed(&folder.join(name), fill)?;
@@ -81,32 +152,7 @@ pub fn write_episode(
             row.put_floats(&upper_triangle(&measured.covariance))
         })
     })?;
-    write(OBJECTS.file, &|sink| {
-        OBJECTS.write(sink, t.objects.iter().enumerate(), |row, (track, object)| {
-            row.put(track)?;
-            row.put(object.instance)?;
-            row.put(&object.family)?;
-            row.put(show_symmetry(object.symmetry))?;
-            row.put_floats([&object.size])?;
-            row.put_floats(&pose_fields(&object.world_from_object))
-        })
-    })?;
-    write(DETECTION_TRUTHS.file, &|sink| {
-        DETECTION_TRUTHS.write(sink, t.detections.iter().enumerate(), |row, (i, detection)| {
-            row.put(i)?;
-            row.put_floats([&detection.visible_fraction])
-        })
-    })?;
-    let extents: Option<Vec<Extents>> = t.objects.iter().map(|object| object.extents).collect();
-    if let Some(extents) = &extents {
-        write(EXTENTS.file, &|sink| {
-            EXTENTS.write(sink, extents.iter().enumerate(), |row, (track, extents)| {
-                row.put(track)?;
-                row.put_floats(extents.half_sides.iter().chain(&extents.semi_axes))
-            })
-        })?;
-    }
-    if !t.landmarks.is_empty() {
+    if with_landmarks {
         write(LANDMARK_SIGHTINGS.file, &|sink| {
             LANDMARK_SIGHTINGS.write(sink, &o.landmarks, |row, sighting| {
                 row.put(sighting.step)?;
@@ -114,19 +160,8 @@ pub fn write_episode(
                 row.put_floats(sighting.pixel.iter().chain([&sighting.sigma]))
             })
         })?;
-        write(LANDMARKS.file, &|sink| {
-            LANDMARKS.write(sink, t.landmarks.iter().enumerate(), |row, (landmark, point)| {
-                row.put(landmark)?;
-                row.put_floats(point.iter())
-            })
-        })?;
     }
-    let robot = write_tum(&folder.join(ROBOT.file), &o.timestamps, &t.world_from_robot)?;
-    files.insert(ROBOT.file.to_owned(), robot);
-    sync_folder(&folder.join("truth"))?;
-
-    let counts = [("steps", o.steps()), ("detections", o.detections.len()), ("objects", t.objects.len())];
-    Manifest::new(Content::Episode { seed: *seed }, counts, files, provenance).commit(folder)
+    Ok(files)
 }
 
 /// Reads an episode, bit for bit as it was written.

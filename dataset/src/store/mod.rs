@@ -31,13 +31,14 @@ mod whole_file;
 mod tests;
 
 pub use cache::{Cache, Entry, Key, Origin};
-pub use episode::{read_episode, read_observations, read_truth, write_episode};
+pub use episode::{read_episode, read_observations, read_truth, write_episode, write_observations};
 pub use error::{Fault, StoreError, StoreErrorKind};
 pub use file_record::FileRecord;
 pub use folder_lock::FolderLock;
 pub use hashed_file::{hash_and_sync, inside, make_folder, remove_if_there, sync_folder, verify_files};
 pub use lock::Waiting;
 pub use manifest::{Content, Manifest, Provenance, read_json, read_manifest, verify, write_json};
+pub use npy::npy_header;
 pub use pose_fields::pose_fields;
 pub use replaced::replace;
 pub use tum::write_tum;

@@ -1,4 +1,4 @@
-//! Crops as a NumPy array: `uint8 [n, 32, 32, 3]`, format 1.0, C order.
+//! NumPy arrays, format 1.0, C order; of crops `uint8 [n, 32, 32, 3]`.
 
 use super::error::{Fault, StoreError};
 use super::hashed_file::{Sink, Source};
@@ -10,10 +10,12 @@ const MAGIC: [u8; 8] = *b"\x93NUMPY\x01\x00";
 /// NumPy pads magic, length and header to a multiple of this.
 const ALIGNMENT: usize = 64;
 
-/// The header of `n` crops, to the byte as `numpy.save` writes it.
-fn header(n: usize) -> Vec<u8> {
+/// The header of an array, to the byte as `numpy.save` writes it; `descr` is NumPy's name of its elements, as `<f8`.
+pub fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let comma = if shape.len() == 1 { "," } else { "" };
     let dictionary =
-        format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({n}, {CROP_SIDE}, {CROP_SIDE}, 3), }}");
+        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}{comma}), }}", lengths.join(", "));
     let unpadded = MAGIC.len() + 2 + dictionary.len() + 1;
     let padding = unpadded.next_multiple_of(ALIGNMENT) - unpadded;
     let length = (dictionary.len() + padding + 1) as u16;
@@ -23,6 +25,10 @@ fn header(n: usize) -> Vec<u8> {
     bytes.extend(std::iter::repeat_n(b' ', padding));
     bytes.push(b'\n');
     bytes
+}
+
+fn header(crops: usize) -> Vec<u8> {
+    npy_header("|u1", &[crops, CROP_SIDE, CROP_SIDE, 3])
 }
 
 /// Writes the crops in order.

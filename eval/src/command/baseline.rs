@@ -60,6 +60,7 @@ pub fn baseline(args: &BaselineArgs, stdout: &mut impl Write) -> Result<Exit, Be
         out: args.baseline.clone(),
         replace: true,
         online: false,
+        dump: false,
         associate: false,
         associations: Vec::new(),
         tables: TablesChoice::Short,

@@ -11,6 +11,7 @@ use super::scene::error::RunError;
 use super::score::error::ScoreError;
 use super::source::error::SourceError;
 use super::sweep::error::SweepError;
+use super::task::error::TaskError;
 use super::validation::error::ValidationError;
 use crate::exit::{Ends, Exit};
 use crate::figure::FigureError;
@@ -89,6 +90,7 @@ errors! {
     ImportRefused(ImportRefusal) "{0}";
     Baseline(BaselineError) "{0}";
     Sweep(SweepError) "{0}";
+    Task(TaskError) "{0}";
     Look(LookError) "{0}";
     Report(ReportError) "{0}";
     #[cfg(feature = "rerun")]

@@ -28,6 +28,7 @@ pub mod source;
 #[cfg(feature = "train")]
 mod study;
 mod sweep;
+mod task;
 #[cfg(feature = "train")]
 mod train;
 mod validation;
@@ -49,6 +50,7 @@ pub use shell::{completions, man};
 #[cfg(feature = "train")]
 pub use study::study;
 pub use sweep::sweep;
+pub use task::task;
 #[cfg(feature = "train")]
 pub use train::train;
 pub use validation::{calibrate, headroom};

@@ -31,6 +31,7 @@ impl Cli {
             Some(Command::Dataset(args)) => (&mut args.scene, &args.making),
             Some(Command::Figures(args)) => (&mut args.scene, &args.making),
             Some(Command::Look(args)) => (&mut args.scene, &args.making),
+            Some(Command::Task(args)) => (&mut args.scene, &args.making),
             Some(Command::Train(args)) => (&mut args.scene, &args.making),
             Some(Command::Study(args)) => (&mut args.study, &args.making),
             Some(Command::Map(args)) => (&mut args.map, &args.making),
@@ -73,6 +74,7 @@ impl Cli {
             Some(Command::Look(args)) => Some(&args.making),
             Some(Command::Study(args)) => Some(&args.making),
             Some(Command::Map(args)) => Some(&args.making),
+            Some(Command::Task(args)) => Some(&args.making),
             Some(Command::Train(args)) => Some(&args.making),
             Some(_) => None,
         }
@@ -82,6 +84,7 @@ impl Cli {
     pub fn kept(&self) -> Option<(&'static str, &Path)> {
         match &self.command {
             Some(Command::Dataset(args)) => Some(("finished episodes", &args.out)),
+            Some(Command::Task(args)) => Some(("finished episodes", &args.truth)),
             Some(Command::Train(args)) => Some(("checkpoints", &args.out)),
             Some(Command::Look(_)) => None,
             _ => Some(("finished stages", &self.making()?.cache)),

@@ -31,6 +31,7 @@ pub fn run(mut cli: Cli, stdout: &mut impl Write) -> Result<Exit, BenchError> {
         Some(Command::Report(args)) => super::report(args, stdout),
         Some(Command::Score(args)) => super::score(args, stdout),
         Some(Command::Sweep(args)) => super::sweep(args, stdout),
+        Some(Command::Task(args)) => super::task(args, stdout),
         #[cfg(feature = "train")]
         Some(Command::Study(args)) => super::study(args, stdout),
         #[cfg(feature = "train")]

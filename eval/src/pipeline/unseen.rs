@@ -1,7 +1,11 @@
 //! Stage `unseen`: what the latents and the decoder are worth on instances that no training saw.
 
-use super::{Pipeline, StageError, code, views};
-use crate::score::unseen::{Subject, Unseen, score};
+use super::{LoadedModel, Pipeline, StageError, code, views};
+use crate::scene_file::row_name::PIXELS;
+use crate::score::embedded_set::EmbeddedSet;
+use crate::score::embedded_views::pixels;
+use crate::score::embedding::Labels;
+use crate::score::unseen::{Subject, Unseen, embed, score};
 use rayon::prelude::*;
 use std::path::Path;
 use vantage_dataset::store::{Key, read_manifest, read_views};
@@ -56,6 +60,17 @@ pub fn unseen(
             Ok(found)
         })
         .collect()
+}
+
+/// The embeddings of a set by each model, and those of the floor.
+pub fn embedded(models: &[LoadedModel], set: &ViewSet) -> Result<Vec<EmbeddedSet>, StageError> {
+    let labels = Labels::of(set);
+    let of_model = |model: &LoadedModel| {
+        let embeddings = embed(set, Subject::Viewing(model.viewing()))?;
+        Ok(EmbeddedSet::new(model.name.clone(), embeddings, labels.clone()))
+    };
+    let floor = EmbeddedSet::new(PIXELS.to_owned(), pixels(set), labels.clone());
+    models.iter().map(of_model).chain([Ok(floor)]).collect()
 }
 
 /// What is no number is written as null, and could not be read again.

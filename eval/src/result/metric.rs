@@ -185,6 +185,24 @@ metrics! {
     HypothesesEntropy => "Entropy", "entropy_nat", Nat, Lower;
     /// Hypotheses that are left.
     Hypotheses => "Hypotheses", "hypotheses", Ratio, Lower;
+    /// Object map quality: [`crate::score::object_map`].
+    MapQuality => "OMQ", "object_map_quality", Ratio, Higher;
+    /// The mean quality of matched objects.
+    MapPairQuality => "Pair quality", "map_pair_quality", Ratio, Higher;
+    /// The mean overlap of their boxes.
+    MapOverlap => "Overlap", "map_overlap", Ratio, Higher;
+    /// The mean probability of their true class.
+    MapLabel => "P(class)", "map_class_probability", Ratio, Higher;
+    /// What false objects' probabilities leave to 1, in the mean.
+    MapFalseQuality => "False quality", "map_false_quality", Ratio, Higher;
+    /// Of a map's objects, the share whose centre is near one of its own.
+    MapPrecision => "Precision", "map_precision", Ratio, Higher;
+    /// Of true objects, the share that has one in the map.
+    MapRecall => "Recall", "map_recall", Ratio, Higher;
+    /// The harmonic mean of both.
+    MapF1 => "F1", "map_f1", Ratio, Higher;
+    /// Distance of their centres, root mean square.
+    MapCenter => "Centre", "map_center_m", Meter, Lower;
     /// Whether a robot that was carried is known to be within a metre of where it is, from some detection on to the end.
     Resolved => "Resolved", "resolved", Ratio, Higher;
     /// Whole detections from where it is set down to the one from which on it is resolved; all of them where it never is.

@@ -27,6 +27,15 @@ pub enum Alignment {
     Yaw,
 }
 
+/// How an estimate lies on the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laid {
+    /// Factor of the estimate's positions.
+    pub scale: f64,
+    /// The estimate's world frame in the true one, after that.
+    pub truth_from_estimate: Pose,
+}
+
 /// Why an estimate cannot be laid on the truth.
 #[derive(Debug, Error, PartialEq)]
 pub enum AlignmentError {
@@ -44,8 +53,8 @@ pub enum AlignmentError {
 }
 
 impl Alignment {
-    /// The pairs with the estimate laid on the truth.
-    pub fn apply(self, pairs: &Pairs) -> Result<Pairs, AlignmentError> {
+    /// What lays the estimate on the truth: its positions are scaled, then moved.
+    pub fn of(self, pairs: &Pairs) -> Result<Laid, AlignmentError> {
         let positions = |poses: &[Pose]| poses.iter().map(|p| p.translation.vector).collect::<Vec<_>>();
         let best = || {
             let found = similarity(&positions(pairs.truth()), &positions(pairs.estimate()));
@@ -64,6 +73,12 @@ impl Alignment {
             Self::Scale => (best()?.scale, Pose::identity()),
             Self::Yaw => (1.0, by_yaw(&positions(pairs.truth()), &positions(pairs.estimate()))?),
         };
+        Ok(Laid { scale, truth_from_estimate })
+    }
+
+    /// The pairs with the estimate laid on the truth.
+    pub fn apply(self, pairs: &Pairs) -> Result<Pairs, AlignmentError> {
+        let Laid { scale, truth_from_estimate } = self.of(pairs)?;
         let lay = |pose: &Pose| {
             let scaled = Pose::from_parts((pose.translation.vector * scale).into(), pose.rotation);
             if truth_from_estimate == Pose::identity() { scaled } else { truth_from_estimate * scaled }

@@ -1,12 +1,11 @@
 //! All that embeddings are scored by, whatever made them.
 
 use super::clustering::{ClusterScores, cluster_scores};
-use super::density::{LEAST, density_clusters};
+use super::embedded_set::Clusters;
 use super::grounding::ground;
 use super::instance_posterior::{KnownInstances, instance_posterior};
 use super::retrieval::{Gallery, recall_at};
 use super::silhouette::silhouette;
-use super::ward::ward_clusters;
 use crate::result::metric::Metric;
 use std::collections::{BTreeMap, BTreeSet};
 use vantage_dataset::{Seed, ViewSet};
@@ -56,10 +55,9 @@ pub struct EmbeddingScores {
 pub fn score_embeddings(embeddings: &[Vec<f32>], labels: &Labels, seed: Seed) -> EmbeddingScores {
     let truth = &labels.instances;
     let instances = truth.iter().collect::<BTreeSet<_>>().len();
+    let clusters = Clusters::of(embeddings, truth);
     let mut given = Scores::new();
-    // Of one view each, clusters are the views whatever the embeddings.
-    let clusters = (instances < truth.len()).then(|| ward_clusters(embeddings, instances)).flatten();
-    if let Some(found) = clusters.and_then(|found| cluster_scores(truth, &found)) {
+    if let Some(found) = clusters.given.and_then(|found| cluster_scores(truth, &found)) {
         insert_clusters(&mut given, &found);
         given.insert(Metric::Nmi, found.nmi);
     }
@@ -77,9 +75,7 @@ pub fn score_embeddings(embeddings: &[Vec<f32>], labels: &Labels, seed: Seed) ->
     given.extend(known_instances(embeddings, labels));
 
     let mut density = Scores::new();
-    // Where an instance has fewer views than a cluster needs, none could be right.
-    let scarce = truth.iter().any(|own| truth.iter().filter(|&other| other == own).count() < LEAST);
-    if let Some(found) = density_clusters(embeddings).filter(|_| !scarce) {
+    if let Some(found) = clusters.found {
         if let Some(scores) = cluster_scores(truth, &found.labels()) {
             insert_clusters(&mut density, &scores);
         }

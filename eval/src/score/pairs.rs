@@ -14,6 +14,7 @@ pub const MAX_TIME_DIFFERENCE: f64 = 0.01;
 pub struct Pairs {
     truth: Vec<Pose>,
     estimate: Vec<Pose>,
+    times: Vec<f64>,
 }
 
 /// Why truth and estimate cannot be compared.
@@ -58,13 +59,13 @@ impl Pairs {
                 return Err(PairsError::NotFinite { of, step });
             }
         }
-        Ok(Self { truth: truth.to_vec(), estimate: estimate.to_vec() })
+        Ok(Self { truth: truth.to_vec(), estimate: estimate.to_vec(), times: Vec::new() })
     }
 
     /// The poses nearest in time, for each pose of the shorter trajectory (the estimate where both are as long), within so many seconds, as evo
     /// associates: a pose of the longer one may serve twice.
     pub fn by_time(truth: &Trajectory, estimate: &Trajectory, max_difference: f64) -> Self {
-        let mut pairs = Self { truth: Vec::new(), estimate: Vec::new() };
+        let mut pairs = Self { truth: Vec::new(), estimate: Vec::new(), times: Vec::new() };
         let estimate_longer = estimate.len() > truth.len();
         let (short, long) = if estimate_longer { (truth, estimate) } else { (estimate, truth) };
         for (i, &time) in short.timestamps().iter().enumerate() {
@@ -72,6 +73,7 @@ impl Pairs {
             let (t, e) = if estimate_longer { (i, j) } else { (j, i) };
             pairs.truth.push(truth.world_from_robot()[t]);
             pairs.estimate.push(estimate.world_from_robot()[e]);
+            pairs.times.push(estimate.timestamps()[e]);
         }
         pairs
     }
@@ -84,6 +86,11 @@ impl Pairs {
     /// `world_from_robot`, estimated, in the estimate's own world frame.
     pub fn estimate(&self) -> &[Pose] {
         &self.estimate
+    }
+
+    /// The estimate's timestamps, seconds, where poses met in time; empty where they are of equal steps.
+    pub fn times(&self) -> &[f64] {
+        &self.times
     }
 
     /// Each step's `first_from_robot`, true and estimated: what is left of the poses once both first poses are

@@ -18,6 +18,8 @@ const TOLERANCE: f64 = 0.1;
 /// Errors, translations in metres and rotations in degrees.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseErrors {
+    /// The pair of poses that each is of: of a motion, the later one.
+    pub at: Vec<usize>,
     /// Metres.
     pub translation: Vec<f64>,
     /// Degrees.
@@ -68,9 +70,10 @@ pub struct ErrorStatistics {
 }
 
 impl PoseErrors {
-    fn of(pairs: impl Iterator<Item = (Pose, Pose)>) -> Self {
+    fn of(pairs: impl Iterator<Item = (usize, Pose, Pose)>) -> Self {
         let mut errors = Self::default();
-        for (truth, estimate) in pairs {
+        for (at, truth, estimate) in pairs {
+            errors.at.push(at);
             errors.translation.push((truth.translation.vector - estimate.translation.vector).norm());
             errors.rotation.push(angle_between(&truth.rotation, &estimate.rotation).to_degrees());
         }
@@ -79,14 +82,15 @@ impl PoseErrors {
 
     /// Of each pose.
     pub fn absolute(pairs: &Pairs) -> Self {
-        Self::of(pairs.truth().iter().copied().zip(pairs.estimate().iter().copied()))
+        let poses = pairs.truth().iter().zip(pairs.estimate()).enumerate();
+        Self::of(poses.map(|(i, (truth, estimate))| (i, *truth, *estimate)))
     }
 
     /// Of motions.
     pub fn relative(pairs: &Pairs, spacing: Spacing) -> Self {
         let motion = |poses: &[Pose], (i, j): (usize, usize)| poses[i].inverse() * poses[j];
         let ends = spacing.ends(pairs.estimate());
-        Self::of(ends.into_iter().map(|at| (motion(pairs.truth(), at), motion(pairs.estimate(), at))))
+        Self::of(ends.into_iter().map(|at| (at.1, motion(pairs.truth(), at), motion(pairs.estimate(), at))))
     }
 }
 

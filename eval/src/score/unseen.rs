@@ -37,23 +37,33 @@ pub enum Subject<'a> {
     Embedding(&'a Model),
 }
 
-/// The scores of a set of views, of instances that the model has not seen.
-pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, AnswerError> {
-    let labels = Labels::of(set);
-    let (embeddings, decoded) = match subject {
-        Subject::Viewing(model) => {
-            let encode = |view: &View| model.encode(&view.crop, &view.viewpoint);
-            let factors: Vec<LatentGaussian> = set.views.iter().map(encode).collect::<Result<_, _>>()?;
-            (steady_latents(&factors, model.latent()), decode(set, &factors, model)?)
-        }
+/// What of each view is clustered and searched.
+pub fn embed(set: &ViewSet, subject: Subject<'_>) -> Result<Vec<Vec<f32>>, AnswerError> {
+    match subject {
+        Subject::Viewing(model) => Ok(steady_latents(&factors(set, model)?, model.latent())),
         Subject::Embedding(model) => {
             let embed = |view: &View| {
                 let numbers = model.embed(&view.crop, None)?;
                 Ok(numbers.into_iter().map(|number| number as f32).collect())
             };
-            let embeddings = set.views.iter().map(embed).collect::<Result<Vec<Vec<f32>>, AnswerError>>()?;
-            (embeddings, Decoded::default())
+            set.views.iter().map(embed).collect()
         }
+    }
+}
+
+fn factors(set: &ViewSet, model: &dyn Viewing) -> Result<Vec<LatentGaussian>, AnswerError> {
+    set.views.iter().map(|view| model.encode(&view.crop, &view.viewpoint)).collect()
+}
+
+/// The scores of a set of views, of instances that the model has not seen.
+pub fn score(seed: Seed, set: &ViewSet, subject: Subject<'_>) -> Result<Unseen, AnswerError> {
+    let labels = Labels::of(set);
+    let (embeddings, decoded) = match subject {
+        Subject::Viewing(model) => {
+            let factors = factors(set, model)?;
+            (steady_latents(&factors, model.latent()), decode(set, &factors, model)?)
+        }
+        Subject::Embedding(_) => (embed(set, subject)?, Decoded::default()),
     };
     let latents = score_embeddings(&embeddings, &labels, seed);
     let pixels = score_embeddings(&pixels(set), &labels, seed);

@@ -1,9 +1,10 @@
-//! Our scores against those of others: evo for trajectories, scikit-learn for clusters.
+//! Our scores against those of others: evo for trajectories, scikit-learn for clusters, BenchBot for maps of objects.
 //!
 //! The published values are found in `$VANTAGE_SHARED`, or in `../shared` beside the workspace; without them these
 //! tests say that they were skipped.
 
 mod clustering;
+mod object_maps;
 mod trajectory;
 
 use std::io::Write;

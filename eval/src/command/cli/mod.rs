@@ -8,6 +8,7 @@ mod report;
 mod score;
 mod stages;
 mod sweep;
+mod task;
 
 use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, ReportFormat, SplitChoice, TablesChoice};
@@ -18,6 +19,7 @@ pub use report::ReportArgs;
 pub use score::ScoreArgs;
 pub use stages::{MakingArgs, StageArgs};
 pub use sweep::{SweepArgs, SweepCommand};
+pub use task::{AssociationChoice, TaskArgs};
 
 use super::help::{EXAMPLES, EXIT_CODES};
 use clap::builder::RangedI64ValueParser;
@@ -76,6 +78,8 @@ pub enum Command {
     Study(StudyArgs),
     /// Splits a scene, a study or a map into tasks for several machines.
     Sweep(SweepArgs),
+    /// Writes a scene's episodes without their truth, for others to answer, and the truth elsewhere.
+    Task(TaskArgs),
     /// Trains the scene's model from scratch (`--features train`).
     Train(TrainArgs),
     /// Prints the JSON schema (draft 07) of scene files.
@@ -104,6 +108,10 @@ pub struct RunArgs {
     #[arg(long)]
     #[serde(skip)]
     pub online: bool,
+    /// Leaves also what scores are made of, for NumPy: `<seed>/truth.npz`, `<seed>/<row>.npz` and `<seed>/<model>.latents.npz`.
+    #[arg(long)]
+    #[serde(skip)]
+    pub dump: bool,
     /// Asks also who is who, where estimators are told less than all: adds a table, and `<seed>/<row>.association.csv`.
     #[arg(long)]
     #[serde(skip)]

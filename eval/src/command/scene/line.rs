@@ -1,5 +1,6 @@
 //! The line of `bench SCENE`: scene -> sim -> dataset -> learn -> slam -> eval -> results.
 
+use super::dump::dump;
 use super::error::RunError;
 use super::record::Record;
 use crate::command::cli::StageArgs;
@@ -28,6 +29,8 @@ use vantage_sim::world::check_room;
 pub struct Beside<'a> {
     /// Estimates also after every step.
     pub online: bool,
+    /// Keeps what scores are made of.
+    pub dump: bool,
     /// Asks who is who.
     pub associate: bool,
     /// Folders of other associators' answers to that.
@@ -86,6 +89,10 @@ pub fn line(
         };
         models.iter().map(of_model).collect::<Result<Vec<_>, _>>()
     })?;
+    let dumped = match beside.dump {
+        true => record.timed("dump", || dump(&episodes, &methods, &answers, &views, &models))?,
+        false => Vec::new(),
+    };
     let mut tables = tables(&seeds, &methods, &entries, &episodes, &answers, &models, &unseen)?;
     tables.tables.extend(online_table(&seeds, &methods, &episodes, &answers, &online)?);
     tables.tables.extend(association_table(&seeds, &associated, &associations)?);
@@ -93,6 +100,7 @@ pub fn line(
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, tables.tables),
         detections: tables.detections,
+        dumped,
         recorded: pipeline.recorded().is_some(),
         methods: methods.iter().map(Method::name).collect(),
         manifest: record.finish(&pipeline, &models, (&entries, &associated), &episodes, &views)?,
@@ -201,6 +209,8 @@ pub struct Scored {
     pub unseen: Vec<(String, Vec<Unseen>)>,
     /// Detections of objects in all episodes.
     pub detections: usize,
+    /// What scores are made of, by file; empty where not asked for.
+    pub dumped: Vec<(String, Vec<u8>)>,
     /// Whether the episodes were recorded, of images that may not be shown.
     pub recorded: bool,
 }

@@ -1,6 +1,7 @@
 //! `bench SCENE`: the whole line, from a scene file to tables and pictures.
 
 mod association;
+mod dump;
 pub mod error;
 pub mod line;
 mod online;
@@ -50,6 +51,9 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let mut pictures = pictures::write(&folder, &scored)?;
     pictures.extend(online::write(&folder, &scored)?);
     association::write(&folder, &scored)?;
+    for (name, bytes) in &scored.dumped {
+        folder.write(name, bytes)?;
+    }
     folder.write(REPORT, page_of(&place, &scored.results, &scored.manifest, &pictures)?.as_bytes())?;
     report::write(folder, &scored.results, &scored.manifest)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
@@ -75,7 +79,13 @@ pub fn part(args: &RunArgs, part: Part) -> Result<(), BenchError> {
 }
 
 fn beside(args: &RunArgs, part: Part) -> Beside<'_> {
-    Beside { online: args.online, associate: args.associate, associations: &args.associations, part }
+    Beside {
+        online: args.online,
+        dump: args.dump,
+        associate: args.associate,
+        associations: &args.associations,
+        part,
+    }
 }
 
 /// Refuses to put a result of fewer seeds, or of another model, in the place of the one that lies there; tells where that is of another

@@ -3,6 +3,7 @@
 use crate::exit::Ends;
 use crate::result::trajectory::TumError;
 use crate::score::alignment::AlignmentError;
+use crate::score::object_map_file::ObjectMapError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -64,6 +65,9 @@ pub enum ScoreError {
         /// First and last time of the estimate, seconds.
         estimate: [f64; 2],
     },
+    /// A map that cannot be read.
+    #[error(transparent)]
+    Map(#[from] ObjectMapError),
     /// The estimate cannot be laid on the truth.
     #[error(transparent)]
     Alignment(#[from] AlignmentError),

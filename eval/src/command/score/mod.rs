@@ -1,13 +1,18 @@
-//! `bench score TRUTH ESTIMATE`: how far two trajectories of anybody's are apart, as evo tells it.
+//! `bench score TRUTH ESTIMATE`: how far two trajectories of anybody's are apart, as evo tells it, or what a submission to a task is worth.
 
 pub mod error;
+mod evo;
+mod map;
+mod submission;
 
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
 use crate::result::grid::{Style, draw};
+use crate::result::output_folder::OutputFolder;
 use crate::result::trajectory::{Trajectory, TumError};
-use crate::score::alignment::Alignment;
+use crate::score::alignment::{Alignment, Laid};
+use crate::score::embedding::Scores as MapScores;
 use crate::score::entry::text;
 use crate::score::pairs::Pairs;
 use crate::score::pose_error::{ErrorStatistics, PoseErrors, Spacing};
@@ -20,6 +25,10 @@ use vantage_formats::PoseText;
 /// What is told of two trajectories.
 #[derive(Serialize)]
 struct Scores {
+    #[serde(skip)]
+    laid: Laid,
+    #[serde(skip)]
+    aligned: Aligned,
     alignment: Alignment,
     spacing: Spacing,
     truth_poses: usize,
@@ -29,11 +38,31 @@ struct Scores {
     errors: Vec<Scored>,
 }
 
+/// All that is told.
+#[derive(Serialize)]
+struct Said {
+    #[serde(flatten)]
+    scores: Scores,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    object_map: Option<MapScores>,
+}
+
+/// The poses that met, the estimate laid on the truth.
+struct Aligned {
+    pairs: Pairs,
+    /// Of each pair, seconds; of KITTI's, its number.
+    times: Vec<f64>,
+}
+
 #[derive(Serialize)]
 struct Scored {
     error: &'static str,
     unit: &'static str,
     count: usize,
+    #[serde(skip)]
+    errors: Vec<f64>,
+    #[serde(skip)]
+    at: Vec<usize>,
     /// Absent where there is none.
     #[serde(flatten)]
     statistics: Option<ErrorStatistics>,
@@ -41,9 +70,20 @@ struct Scored {
 
 /// Prints the errors of poses and of motions.
 pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    if args.truth.is_dir() {
+        return submission::score(args, stdout);
+    }
+    let out = args.evo.as_deref().map(OutputFolder::probe).transpose()?;
     let scores = scores(args)?;
+    let map = map::scores(args, &scores.laid)?;
+    if let Some(out) = out {
+        let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let [truth, estimate] = [&args.truth, &args.estimate].map(|path| stem(path));
+        let estimate = if truth == estimate { format!("{estimate}-estimate") } else { estimate };
+        evo::write(&out, &scores, [&truth, &estimate])?;
+    }
     if args.json {
-        serde_json::to_writer_pretty(&mut *stdout, &scores)?;
+        serde_json::to_writer_pretty(&mut *stdout, &Said { scores, object_map: map })?;
         writeln!(stdout)?;
     } else {
         writeln!(
@@ -54,6 +94,9 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             scores.estimate_poses,
             table(&scores.errors)
         )?;
+        if let Some(map) = map {
+            writeln!(stdout, "\n{}", map::text(&map))?;
+        }
     }
     Ok(Exit::Success)
 }
@@ -73,14 +116,17 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
         let (max_difference, truth, estimate) = (args.max_difference, span(&truth), span(&estimate));
         return Err(ScoreError::Apart { max_difference, truth, estimate });
     }
-    let aligned = args.align.apply(&pairs)?;
+    let (laid, aligned) = (args.align.of(&pairs)?, args.align.apply(&pairs)?);
     let spacing = Spacing { delta: args.delta, unit: args.unit, all_pairs: args.all_pairs };
     let of = |kind: [&'static str; 2], errors: PoseErrors| {
+        let at = errors.at;
         let scored = |error, unit, errors: Vec<f64>| Scored {
             error,
             unit,
             count: errors.len(),
             statistics: ErrorStatistics::of(&errors),
+            errors,
+            at: at.clone(),
         };
         [scored(kind[0], "m", errors.translation), scored(kind[1], "deg", errors.rotation)]
     };
@@ -93,6 +139,8 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
         estimate_poses: estimate.len(),
         pairs: pairs.truth().len(),
         errors: absolute.into_iter().chain(relative).collect(),
+        laid,
+        aligned: Aligned { pairs: aligned, times: pairs.times().to_vec() },
     })
 }
 

@@ -1,0 +1,45 @@
+//! `--map FILE --true-map FILE`: a map of objects beside a trajectory.
+
+use crate::command::cli::ScoreArgs;
+use crate::command::score::error::ScoreError;
+use crate::result::grid::{Style, draw};
+use crate::result::metric::Metric;
+use crate::score::alignment::Laid;
+use crate::score::embedding::Scores;
+use crate::score::object_map::{COLUMNS, Proposal, TrueObject, object_map_scores};
+use crate::score::object_map_file::{ObjectMap, ObjectMapError};
+use std::path::Path;
+
+/// The scores of the map once it is laid on the truth as the trajectory is; `None` where there is no map.
+pub fn scores(args: &ScoreArgs, laid: &Laid) -> Result<Option<Scores>, ScoreError> {
+    let (Some(map), Some(truth)) = (&args.map, &args.true_map) else { return Ok(None) };
+    let (map, truth) = (read(map)?, objects(truth)?);
+    let moved = |proposal: &Proposal| proposal.moved(&laid.truth_from_estimate, laid.scale);
+    let proposals: Vec<_> = map.proposals.iter().map(moved).collect();
+    Ok(Some(object_map_scores(&truth, &proposals)))
+}
+
+fn read(path: &Path) -> Result<ObjectMap, ObjectMapError> {
+    let missing = || ObjectMapError { path: path.to_owned(), reason: "there is no such file".to_owned() };
+    ObjectMap::read(path)?.ok_or_else(missing)
+}
+
+/// Each of one class, where the map has classes.
+fn objects(path: &Path) -> Result<Vec<TrueObject>, ObjectMapError> {
+    let object = |proposal: Proposal| {
+        let classes = proposal.classes.unwrap_or_else(|| [(String::new(), 1.0)].into());
+        let mut certain = classes.into_iter().filter(|(_, p)| *p == 1.0);
+        let (class, _) = certain.next()?;
+        Some(TrueObject { center: proposal.center, sides: proposal.sides, class })
+    };
+    let objects = read(path)?.proposals.into_iter().map(object).collect::<Option<Vec<_>>>();
+    let reason = "a true object has one class, of confidence 1".to_owned();
+    objects.ok_or(ObjectMapError { path: path.to_owned(), reason })
+}
+
+/// The scores as a table.
+pub fn text(scores: &Scores) -> String {
+    let head = ["Map", "Value"].map(String::from);
+    let row = |metric: &Metric| Some(vec![metric.label().to_owned(), format!("{:.6}", scores.get(metric)?)]);
+    draw(Style::terminal(), &head, COLUMNS.iter().filter_map(row).collect())
+}

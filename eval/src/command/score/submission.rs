@@ -1,0 +1,298 @@
+//! `bench score SEALED SUBMISSION`: somebody's answers to a task.
+
+use crate::command::cli::ScoreArgs;
+use crate::command::error::BenchError;
+use crate::command::score::error::ScoreError;
+use crate::command::task::error::TaskError;
+use crate::command::task::sealed::{Sealed, Task, published};
+use crate::exit::Exit;
+use crate::progress::Progress;
+use crate::result::grid::Style;
+use crate::result::results_file::Results;
+use crate::result::run::{Outcome, Run};
+use crate::result::table::Table;
+use crate::result::table_text;
+use crate::scene_file::row_name::reserved_names;
+use crate::score::association::{self, ASSOCIATION, TrueTracklets};
+use crate::score::association_entry::AssociationEntry;
+use crate::score::embedding::Scores;
+use crate::score::entry::Entry;
+use crate::score::object_map::{
+    self, OBJECT_MAP, TrueObject, nearest_pairs, object_map_scores, sides_around,
+};
+use crate::score::object_map_file::ObjectMap;
+use crate::score::pairs::Pairs;
+use crate::score::semantics::{self, Belief, SEMANTICS, class_recall};
+use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, pose_scores};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use vantage_dataset::store::{read_episode, read_manifest, read_regular};
+use vantage_dataset::{Detection, Episode, Extents, ObjectTruth, Observations, Pose, Seed};
+
+/// The row of dead reckoning, to which trajectories are compared.
+const ODOMETRY: &str = "odometry";
+/// What a submission says of itself.
+const SUBMISSION: &str = "submission.yaml";
+/// Largest such file, bytes.
+const LARGEST_FILE: u64 = 1 << 20;
+
+/// `submission.yaml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct About {
+    /// The name of its rows.
+    name: String,
+    /// What it keeps to.
+    division: Division,
+    /// What it is, in a sentence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    description: Option<String>,
+}
+
+/// The rules that a submission keeps to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Division {
+    /// Crops are read by the scene's reference model alone.
+    Closed,
+    /// By anything.
+    Open,
+}
+
+/// The answers.
+struct Submission {
+    about: About,
+    trajectories: Option<Entry>,
+    associations: Option<AssociationEntry>,
+    /// By episode; empty where there is no folder of maps.
+    maps: Vec<Option<ObjectMap>>,
+}
+
+/// Scores it, and prints tables.
+pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
+    let (sealed, hash) = Sealed::read(&args.truth)?;
+    if let Some(task) = &args.task {
+        let expected = Task::read(task)?.truth;
+        if expected != hash {
+            let (truth, task) = (args.truth.clone(), task.clone());
+            return Err(TaskError::OtherTruth { truth, task, found: hash, expected }.into());
+        }
+    }
+    let submission = Submission::read(&args.estimate, &sealed)?;
+    let results = Results::new(&sealed.scene, &sealed.scene_hash, submission.tables(&sealed, &args.truth)?);
+    if args.json {
+        stdout.write_all(results.to_json()?.as_bytes())?;
+    } else {
+        let About { name, division, .. } = &submission.about;
+        let division = match division {
+            Division::Closed => "closed",
+            Division::Open => "open",
+        };
+        writeln!(stdout, "{name}, {division} division, {} episodes; truth {hash}\n", sealed.episodes.len())?;
+        for table in &results.tables {
+            writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
+        }
+    }
+    let answered = |run: &Run| run.method == submission.about.name && run.failure().is_none();
+    let any = results.tables.iter().flat_map(Table::runs).any(answered);
+    Ok(if any { Exit::Success } else { Exit::NothingEvaluated })
+}
+
+impl Submission {
+    fn read(folder: &Path, sealed: &Sealed) -> Result<Self, BenchError> {
+        let about = about(folder)?;
+        let numbers = sealed.numbers();
+        let part = |name: &str| Some(folder.join(name)).filter(|path| path.exists());
+        let mut trajectories = None;
+        if let Some(path) = part("trajectories") {
+            trajectories = Entry::open(&[path], &[], &numbers, &Progress::detect())?.pop();
+        }
+        let mut associations = None;
+        if let Some(path) = part("associations") {
+            associations = AssociationEntry::open(&[path], &[], &numbers)?.pop();
+        }
+        let mut maps = Vec::new();
+        if let Some(path) = part("maps") {
+            let read = |number: &Seed| Ok(ObjectMap::read(&path.join(format!("{}.csv", number.0)))?);
+            maps = numbers.iter().map(read).collect::<Result<_, ScoreError>>()?;
+            if maps.iter().all(Option::is_none) {
+                return Err(wrong(&path, "no map; expected 0.csv and so on").into());
+            }
+        }
+        if trajectories.is_none() && associations.is_none() && maps.is_empty() {
+            let told = "nothing to score; expected a folder `trajectories`, `associations` or `maps`";
+            return Err(wrong(folder, told).into());
+        }
+        Ok(Self { about, trajectories, associations, maps })
+    }
+
+    fn tables(&self, sealed: &Sealed, truth: &Path) -> Result<Vec<Table>, BenchError> {
+        let numbers = sealed.numbers();
+        let (mut driven, mut associated, mut mapped, mut believed) = (vec![], vec![], vec![], vec![]);
+        for (&number, episode) in numbers.iter().zip(&sealed.episodes) {
+            let folder = truth.join(number.0.to_string());
+            if read_manifest(&folder)?.seal != episode.seal {
+                return Err(TaskError::OtherEpisode { path: folder }.into());
+            }
+            let whole = read_episode(&folder)?;
+            let (seen, order) = published(&whole.observations, sealed.association);
+            if order != episode.order {
+                return Err(TaskError::OtherEpisode { path: folder }.into());
+            }
+            let answered = self.trajectories.as_ref().map(|entry| entry.run(number, &seen.timestamps));
+            if let Some(answered) = &answered {
+                driven.push(
+                    self.run(
+                        number,
+                        answered
+                            .as_ref()
+                            .map_err(Clone::clone)
+                            .and_then(|poses| posed(&whole.truth.world_from_robot, poses)),
+                    ),
+                );
+                let alone = dead_reckoning(&seen);
+                let scores = posed(&whole.truth.world_from_robot, &alone);
+                driven.push(Run { method: ODOMETRY.to_owned(), ..self.run(number, scores) });
+            }
+            if let Some(entry) = &self.associations {
+                entry.fits(number, order.len())?;
+                let told = entry.run(number, order.len());
+                associated.push(self.run(number, told.map(|told| told_scores(&whole, &seen, &order, &told))));
+            }
+            if let Some(map) = self.maps.get(number.0 as usize) {
+                let first = answered.and_then(|poses| poses.ok()?.first().copied()).unwrap_or_default();
+                let scored = match map {
+                    Some(map) => {
+                        let (scores, beliefs) = of_map(&whole, map, &first);
+                        believed.push((number, beliefs));
+                        Ok(scores)
+                    }
+                    None => Err(format!("there is no {}.csv", number.0)),
+                };
+                mapped.push(self.run(number, scored));
+            }
+        }
+        let name = &*self.about.name;
+        let mut tables = Vec::new();
+        if !driven.is_empty() {
+            let columns = &TRAJECTORY[..5];
+            tables.push(Table::new(
+                TRAJECTORIES,
+                &[ODOMETRY, name],
+                Some(ODOMETRY),
+                columns,
+                &numbers,
+                driven,
+            )?);
+        }
+        if !associated.is_empty() {
+            let columns = &association::COLUMNS[..9];
+            tables.push(Table::new(ASSOCIATION, &[name], None, columns, &numbers, associated)?);
+        }
+        if !mapped.is_empty() {
+            tables.push(Table::new(OBJECT_MAP, &[name], None, &object_map::COLUMNS, &numbers, mapped)?);
+        }
+        if believed.iter().any(|(_, beliefs)| !beliefs.is_empty()) {
+            let runs = self.recalled(&believed);
+            tables.push(Table::new(SEMANTICS, &[name], None, &semantics::COLUMNS, &numbers, runs)?);
+        }
+        Ok(tables)
+    }
+
+    fn run(&self, seed: Seed, scored: Result<Scores, String>) -> Run {
+        let (outcome, scores) = match scored {
+            Ok(scores) => (Outcome::Done, scores),
+            Err(reason) => (Outcome::Failed(reason), Scores::new()),
+        };
+        Run { method: self.about.name.clone(), seed, outcome, scores }
+    }
+
+    /// Each episode's latents against those of all earlier ones.
+    fn recalled(&self, believed: &[(Seed, Vec<Belief>)]) -> Vec<Run> {
+        let of = |(i, (number, own)): (usize, &(Seed, Vec<Belief>))| {
+            let earlier: Vec<Belief> =
+                believed[..i].iter().flat_map(|(_, beliefs)| beliefs.clone()).collect();
+            let recall = class_recall(own, &earlier).map(|recall| (semantics::COLUMNS[0], recall));
+            self.run(*number, Ok(recall.into_iter().collect()))
+        };
+        believed.iter().enumerate().map(of).collect()
+    }
+}
+
+fn about(folder: &Path) -> Result<About, TaskError> {
+    let path = folder.join(SUBMISSION);
+    let bytes = match read_regular(&path, LARGEST_FILE) {
+        Ok(bytes) => bytes,
+        Err(source) => return Err(TaskError::Read { path, source }),
+    };
+    let about: About = serde_saphyr::from_slice(&bytes).map_err(|error| wrong(&path, &error.to_string()))?;
+    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    if about.name.is_empty() || about.name.len() > 100 || !about.name.chars().all(is_plain) {
+        return Err(wrong(&path, "name: expected letters, digits, '-', '_' and '.' alone"));
+    }
+    if reserved_names().contains(&about.name) {
+        return Err(wrong(&path, "name: a row of ours has it; choose another"));
+    }
+    Ok(about)
+}
+
+fn wrong(path: &Path, reason: &str) -> TaskError {
+    TaskError::Submission { path: PathBuf::from(path), reason: reason.to_owned() }
+}
+
+fn posed(truth: &[Pose], poses: &[Pose]) -> Result<Scores, String> {
+    Pairs::by_step(truth, poses).map(|pairs| pose_scores(&pairs)).map_err(|error| error.to_string())
+}
+
+/// The poses of odometry alone.
+fn dead_reckoning(seen: &Observations) -> Vec<Pose> {
+    let mut poses = vec![Pose::identity()];
+    for measured in &seen.odometry {
+        poses.push(poses[measured.from] * measured.robot_from_robot);
+    }
+    poses
+}
+
+/// The scores of the object told for each published detection.
+fn told_scores(whole: &Episode, seen: &Observations, order: &[usize], told: &[Option<usize>]) -> Scores {
+    let given = &whole.observations.detections;
+    let shown = |&number: &usize| whole.truth.shown(number, &given[number]).map(|_| given[number].track);
+    let is_whole = |detection: &Detection| !detection.bounding_box.is_truncated(&seen.camera);
+    let truth = TrueTracklets {
+        tracklets: (0..order.len()).collect(),
+        shown: order.iter().map(shown).collect(),
+        is_whole: seen.detections.iter().map(is_whole).collect(),
+    };
+    truth.scores(told)
+}
+
+/// The scores of a map, and what its latents say of the objects that are near; in the axes of the robot's first pose. Objects that no detection
+/// shows are left out.
+fn of_map(whole: &Episode, map: &ObjectMap, world_from_first: &Pose) -> (Scores, Vec<Belief>) {
+    let truth = &whole.truth;
+    let first_from_world = truth.world_from_robot.first().map(Pose::inverse).unwrap_or_default();
+    let numbered = whole.observations.detections.iter().enumerate();
+    let shown: BTreeSet<usize> =
+        numbered.filter_map(|(i, seen)| truth.shown(i, seen).map(|_| seen.track)).collect();
+    let object = |object: &ObjectTruth| {
+        let first_from_object = first_from_world * object.world_from_object;
+        let sides = |extents: Extents| sides_around(&first_from_object.rotation, &(2.0 * extents.half_sides));
+        TrueObject {
+            center: first_from_object.translation.vector.into(),
+            sides: object.extents.map(sides),
+            class: object.family.clone(),
+        }
+    };
+    let objects: Vec<TrueObject> =
+        shown.iter().filter_map(|&track| truth.objects.get(track)).map(object).collect();
+    let first_from_map = world_from_first.inverse();
+    let proposals: Vec<_> =
+        map.proposals.iter().map(|proposal| proposal.moved(&first_from_map, 1.0)).collect();
+    let belief = |(i, j): (usize, usize)| {
+        Some(Belief { class: objects[i].class.clone(), latent: map.latents.get(j)?.clone() })
+    };
+    let beliefs = nearest_pairs(&objects, &proposals).into_iter().filter_map(belief).collect();
+    (object_map_scores(&objects, &proposals), beliefs)
+}
