@@ -16,6 +16,7 @@
 //! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
+//! | what an episode differs in from training, learnt beside it (Eq. 25-26) | [`domain`] |
 //! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel), p(z' \| z, e, Delta X) | [`vantage_model::ObservationModel`], [`vantage_model::PairModel`] |
 //! | the product | [`graph`] |
@@ -39,6 +40,7 @@ pub mod associator;
 pub mod bearing_offset;
 pub mod covariance;
 pub mod discrepancy;
+pub mod domain;
 pub mod estimate;
 pub mod estimator;
 pub mod extents;
@@ -67,12 +69,14 @@ pub mod variable;
 pub mod yaw;
 
 pub use associator::{Association, Associator, Separate, WeightedPartition};
+pub use domain::DomainPrior;
 pub use estimate::{
     Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
     UnresolvedReason,
 };
 pub use estimator::{
-    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Semantic, Uninformative, ViewpointPairs,
+    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Refitted, Semantic, Uninformative,
+    ViewpointPairs,
 };
 pub use input::EstimateError;
 pub use online::{Online, StepObservations};

@@ -92,7 +92,7 @@ impl<'m> Search<'m> {
         semantics.problem.add_bearings(&mut graph, track, sightings);
         semantics.add_factors(&mut graph, object, &views, UnitQuaternion::identity());
         let mut known = Values::default();
-        for key in sightings.iter().map(|s| Key::Robot(s.step)).chain([Key::Offset(track)]) {
+        for key in sightings.iter().map(|s| Key::Robot(s.step)).chain([Key::Offset(track), Key::Domain]) {
             if let Some(value) = values.get(key) {
                 known.insert(key, value.clone());
             }
@@ -153,7 +153,8 @@ impl<'m> Search<'m> {
                 starts.push(start);
                 return Ok(false);
             }
-            let refined = solve(&self.graph, start, |key| !matches!(key, Key::Robot(_)), REFINEMENT);
+            let refined =
+                solve(&self.graph, start, |key| !matches!(key, Key::Robot(_) | Key::Domain), REFINEMENT);
             let (object, latent) = (Key::Object(self.track), Key::Latent(self.track));
             if let (Some(pose), Some(latent)) = (refined.values.pose(object), refined.values.vector(latent)) {
                 let (world_from_object, latent) = (*pose, latent.clone());

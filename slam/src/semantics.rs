@@ -1,8 +1,9 @@
 //! The semantic measurements Z^s of objects whose place is known: which views are used, and their factors.
 
+use crate::domain::Domain;
 use crate::estimate::Dropped;
 use crate::factor::semantic::SemanticScaling;
-use crate::factor::{SemanticFactor, StandardNormalPrior, UprightFactor};
+use crate::factor::{DomainFactor, SemanticFactor, StandardNormalPrior, UprightFactor};
 use crate::graph::Graph;
 use crate::problem::Problem;
 use crate::settings::SemanticSettings;
@@ -43,6 +44,8 @@ pub struct Semantics<'a, 'm> {
     pub model: &'m dyn ObservationModel,
     /// How far it is trusted.
     pub settings: SemanticSettings,
+    /// What its predictions are changed by, where that is a variable.
+    pub domain: Option<&'m Domain>,
 }
 
 impl<'m> Semantics<'_, 'm> {
@@ -58,7 +61,11 @@ impl<'m> Semantics<'_, 'm> {
         graph.push(UprightFactor::new(Key::Object(track), self.settings.tilt_sigma, reference));
         graph.push(StandardNormalPrior::new(Key::Latent(track)));
         for view in views {
-            graph.push(self.factor(object, view));
+            let factor = self.factor(object, view);
+            match self.domain {
+                Some(domain) => graph.push(DomainFactor::new(factor, domain)),
+                None => graph.push(factor),
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! What estimators are told beside observations, grouped by what uses it.
 
 use crate::bearing_offset::BearingOffset;
+use crate::domain::DomainPrior;
 use crate::noise::{BearingNoise, Kernel, sqrt_information};
 use crate::odometry_bias::OdometryBias;
 use crate::solve::Limits;
@@ -25,6 +26,8 @@ pub struct Settings {
     pub semantics: SemanticSettings,
     /// Of those that look for an object's orientation.
     pub orientation: OrientationSettings,
+    /// Of the one that learns a domain.
+    pub domain: DomainPrior,
 }
 
 /// When a problem is solved, and what is told of the solution.
@@ -199,7 +202,7 @@ mod tests {
 
     #[test]
     fn defaults_are_valid_and_numbers_that_are_none_are_refused_by_name() {
-        let Settings { solver, odometry, geometry, semantics, orientation } = Settings::default();
+        let Settings { solver, odometry, geometry, semantics, orientation, domain: _ } = Settings::default();
         assert!(solver.validate().is_ok() && odometry.validate().is_ok() && geometry.validate().is_ok());
         assert!(semantics.validate().is_ok() && orientation.validate().is_ok());
         let told = |settings: &dyn Fn() -> Result<(), garde::Report>| settings().unwrap_err().to_string();

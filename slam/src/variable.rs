@@ -23,6 +23,8 @@ pub enum Key {
     Offset(usize),
     /// The bias of odometry, along and yaw, in its own deviations.
     OdometryBias,
+    /// What all predictions of the model are changed by.
+    Domain,
 }
 
 impl fmt::Display for Key {
@@ -35,6 +37,7 @@ impl fmt::Display for Key {
             Key::Extents(track) => write!(f, "the extents of track {track}"),
             Key::Offset(track) => write!(f, "the offset of the boxes of track {track}"),
             Key::OdometryBias => write!(f, "the bias of odometry"),
+            Key::Domain => write!(f, "the domain"),
         }
     }
 }

@@ -167,3 +167,24 @@ fn a_map_is_laid_on_the_truth_as_its_trajectory_is() {
     fs::remove_file(&own).unwrap();
     score(&paths, &options).expect(2, &["own.csv", "no such file"]);
 }
+
+#[test]
+fn another_unit_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = written(folder.path());
+    let score_of = |unit: f64| {
+        let text = fs::read_to_string(&paths[0]).unwrap();
+        let scaled = text.lines().map(|line| {
+            let words = line.split(' ').enumerate().map(|(i, word)| match i {
+                1..4 => (unit * word.parse::<f64>().unwrap()).to_string(),
+                _ => word.to_owned(),
+            });
+            words.collect::<Vec<_>>().join(" ") + "\n"
+        });
+        fs::write(&paths[1], scaled.collect::<String>()).unwrap();
+        score(&paths, &[])
+    };
+    score_of(1000.0).expect(0, &["1000.000 times as long", "are both in metres?"]);
+    score_of(0.001).expect(0, &["0.001 times as long"]);
+    assert!(!score_of(2.0).stderr.contains("times as long"));
+}

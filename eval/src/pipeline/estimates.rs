@@ -2,7 +2,7 @@
 
 use super::azimuth_sensor::AzimuthSensor;
 use super::stage_cache::StageCache;
-use super::{EpisodeFolder, LoadedModel, Pipeline, SeedEpisode, StageError, code};
+use super::{EpisodeFolder, LoadedModel, ModelRefusal, Pipeline, SeedEpisode, StageError, code};
 use crate::result::run::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::{Reader, Row};
@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use vantage_dataset::store::{Key, read_observations, read_truth};
 use vantage_dataset::{Observations, Pose, Seed};
+use vantage_learn::residual_process::ResidualProcess;
 use vantage_model::ObservationModel;
 use vantage_slam::{
     Estimate, EstimateError, LandmarkEstimate, ObjectEstimate as EstimatedObject, Outcome as Ending,
@@ -58,6 +59,9 @@ struct Inputs<'a> {
     /// What identifies the views that the read-outs are fitted on, where the row reads one.
     #[serde(skip_serializing_if = "Option::is_none")]
     readouts: Option<&'a str>,
+    /// What identifies the views that the process beside the model is fitted on, where the row has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    process: Option<&'a str>,
     /// With one row.
     spec: EstimatorSpec,
 }
@@ -131,6 +135,11 @@ impl From<&EstimatedObject> for StoredObject {
 }
 
 impl StoredObject {
+    /// Keeps so many numbers of the latent, the first.
+    fn keep_latent(&mut self, numbers: usize) {
+        self.latent.iter_mut().flatten().for_each(|of| of.truncate(numbers));
+    }
+
     /// Leaves the object's place alone: its frame is no other estimator's, nor the truth's.
     fn forget_frame(&mut self) {
         let Self {
@@ -228,7 +237,10 @@ fn answered(
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
     let fitted_on = method.model.readouts.as_ref().map(|(_, seal)| seal.as_str());
     let readouts = fitted_on.filter(|_| method.row.reads_out());
-    let key = Key::new("estimate", &Inputs { code, episode: &episode.seal, model, readouts, spec: of_row })?;
+    let beside = method.model.process.as_ref().map(|(_, seal)| seal.as_str());
+    let process = beside.filter(|_| method.row.has_process());
+    let inputs = Inputs { code, episode: &episode.seal, model, readouts, process, spec: of_row };
+    let key = Key::new("estimate", &inputs)?;
     cache.json(&key, FILE, || {
         let observations = match observations.get() {
             Some(observations) => observations,
@@ -259,13 +271,25 @@ fn answer(
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
     let ideal = ideal.map(|sensor| sensor as &dyn ObservationModel);
-    let reader = Reader { ideal, ..method.model.reader() };
+    let process = match &method.model.process {
+        Some((fitted, _)) if method.row.has_process() => {
+            Some(ResidualProcess::new(method.model.viewing(), fitted).map_err(ModelRefusal::Answer)?)
+        }
+        _ => None,
+    };
+    let process = process.as_ref().map(|process| process as &dyn ObservationModel);
+    let reader = Reader { ideal, process, ..method.model.reader() };
     let estimator = method.row.estimator(&spec.settings(), reader);
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => {
             let mut answer = Answer::new(estimate);
             if method.row.frames_are_free() {
                 answer.objects.iter_mut().flatten().for_each(StoredObject::forget_frame);
+            }
+            if method.row.has_process() {
+                // The process's own numbers are of no latent that a model knows.
+                let own = method.model.model.manifest().latent.dimension;
+                answer.objects.iter_mut().flatten().for_each(|object| object.keep_latent(own));
             }
             if method.row.reads_truth() {
                 // It is of no model.

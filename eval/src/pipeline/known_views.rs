@@ -1,18 +1,18 @@
 //! Stage `known_views`: azimuths of objects that were seen from a few known viewpoints, by a model, by a Gaussian process alone, and by one
 //! whose prior mean is the model.
 
+use super::object_process::residual_process;
 use super::{ModelRefusal, Pipeline, ScoredViews, StageError, code};
-use crate::score::known_views::{KnownViewTrial, information_scale, known_view_trials, residuals};
+use crate::score::known_views::{KnownViewTrial, information_scale, known_view_trials};
 use vantage_dataset::store::Key;
 use vantage_dataset::{Crop, ViewSet};
 use vantage_learn::gaussian_process::{GaussianProcess, Hyperparameters};
-use vantage_learn::residual_process::{ResidualHyperparameters, ResidualProcess};
+use vantage_learn::residual_process::ResidualProcess;
 use vantage_learn::{Kind, Model};
 use vantage_model::{AnswerError, ObservationModel};
 
 const FILE: &str = "known_views.json";
 const SCALE: &str = "scale.json";
-const FITTED: &str = "residual_process.json";
 
 /// What tells the azimuth.
 #[derive(Clone, Copy)]
@@ -70,12 +70,7 @@ pub fn known_views(
     if matches!(teller, Teller::Model(_)) {
         return of_set(viewing, free_yaw);
     }
-    let key = Key::new("residual_process", &(code::SCORED, seal, model.hash()))?;
-    let fitted: Option<ResidualHyperparameters> = cache.json(&key, FITTED, || {
-        let objects = residuals(validation, viewing, free_yaw).map_err(refused)?;
-        Ok(ResidualHyperparameters::fit(&objects, viewing.noise().degrees_of_freedom()))
-    })?;
-    let Some(fitted) = fitted else { return Ok(None) };
+    let Some(fitted) = residual_process(pipeline, (validation, seal), model)? else { return Ok(None) };
     of_set(&ResidualProcess::new(viewing, &fitted).map_err(refused)?, free_yaw)
 }
 

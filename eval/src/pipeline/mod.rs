@@ -17,6 +17,7 @@ mod estimates;
 mod known_views;
 mod model;
 mod model_error;
+mod object_process;
 mod online;
 mod readouts;
 mod stage_cache;

@@ -1,5 +1,6 @@
 //! Stage `model`: the scene's committed model, one that the user names, or one trained here.
 
+use super::object_process::object_process;
 use super::readouts::readouts;
 #[cfg(feature = "train")]
 use super::training::trained;
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 use vantage_dataset::store::StoreError;
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::readout::Readouts;
+use vantage_learn::residual_process::ResidualHyperparameters;
 use vantage_learn::{Kind, MANIFEST, Model, Objective, Role, Viewing};
 
 /// A model ready for the estimator.
@@ -25,6 +27,8 @@ pub struct LoadedModel {
     pub folder: PathBuf,
     /// Its read-outs, where a row of the scene reads one, and what identifies the views that they are fitted on.
     pub readouts: Option<(Readouts, String)>,
+    /// How far it is off, where a row of the scene has a process beside it, and what identifies the views that this is fitted on.
+    pub process: Option<(ResidualHyperparameters, String)>,
 }
 
 impl LoadedModel {
@@ -40,6 +44,7 @@ impl LoadedModel {
             pairs: self.model.pairs(),
             readouts: self.readouts.as_ref().map(|(readouts, _)| readouts),
             ideal: None,
+            process: None,
         }
     }
 
@@ -202,7 +207,9 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
     }
     let is_read = pipeline.file.estimator.rows.iter().any(|row| row.reads_out());
     let readouts = if is_read { Some(readouts(pipeline, &model)?) } else { None };
-    Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned(), readouts })
+    let is_corrected = pipeline.file.estimator.rows.iter().any(|row| row.has_process());
+    let process = if is_corrected { Some(object_process(pipeline, &model)?) } else { None };
+    Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned(), readouts, process })
 }
 
 fn reads_pairs(pipeline: &Pipeline) -> bool {

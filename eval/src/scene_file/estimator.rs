@@ -9,15 +9,15 @@ use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::noise::{BearingNoise, Kernel};
 use vantage_slam::odometry_bias::OdometryBias;
 use vantage_slam::{
-    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,
-    SemanticSettings, Settings, SolverSettings,
+    AzimuthDiscrepancy, DomainPrior, ExtentsSettings, GeometrySettings, OdometrySettings,
+    OrientationSettings, SemanticSettings, Settings, SolverSettings,
 };
 
 /// Settings of the estimator; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs` and
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `domain_adapted` and
     /// `ideal_azimuth`.
     #[garde(length(min = 1))]
     pub rows: Vec<Row>,
@@ -86,6 +86,12 @@ pub struct EstimatorSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown_margin: Option<f64>,
 
+    /// How far an episode may differ from what the model was trained on, for `domain_adapted`. Default: an offset of the model's noise, a
+    /// gain of a tenth.
+    #[garde(dive)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainPrior>,
+
     /// Yaws tried for an object's first orientation. Default: 48.
     #[garde(range(min = 8, max = 3600))]
     pub yaw_candidates: usize,
@@ -136,13 +142,14 @@ impl EstimatorSpec {
                 ambiguous_margin: self.ambiguous_margin,
                 alternatives: self.alternatives,
             },
+            domain: self.domain.unwrap_or_default(),
         }
     }
 }
 
 impl Default for EstimatorSpec {
     fn default() -> Self {
-        let Settings { solver, odometry, geometry, semantics, orientation } = Settings::default();
+        let Settings { solver, odometry, geometry, semantics, orientation, domain: _ } = Settings::default();
         Self {
             rows: Row::DEFAULT.to_vec(),
             max_iterations: solver.max_iterations,
@@ -161,6 +168,7 @@ impl Default for EstimatorSpec {
             minimum_view_separation: semantics.minimum_view_separation,
             azimuth_discrepancy: semantics.azimuth_discrepancy,
             unknown_margin: semantics.unknown_margin,
+            domain: None,
             yaw_candidates: orientation.yaw_candidates,
             orientation_views: orientation.views,
             refined_modes: orientation.refined_modes,

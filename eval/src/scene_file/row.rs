@@ -7,7 +7,7 @@ use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
 use vantage_model::{ObservationModel, PairModel};
 use vantage_slam::{
-    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Semantic,
+    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Refitted, Semantic,
     SemanticSettings, Settings, Uninformative, ViewpointPairs,
 };
 
@@ -51,6 +51,8 @@ pub struct Reader<'m> {
     pub readouts: Option<&'m Readouts>,
     /// An ideal sensor in place of a model, which is there where a row [reads it](Row::reads_truth).
     pub ideal: Option<&'m dyn ObservationModel>,
+    /// The model with a process per object beside it, which is there where a row [has one](Row::has_process).
+    pub process: Option<&'m dyn ObservationModel>,
 }
 
 impl<'m> Reader<'m> {
@@ -60,6 +62,10 @@ impl<'m> Reader<'m> {
 
     fn pairs(&self) -> &'m dyn PairModel {
         self.pairs.expect("other models are refused where a row reads pairs")
+    }
+
+    fn process(&self) -> &'m dyn ObservationModel {
+        self.process.expect("it is fitted where a row has one")
     }
 
     fn ideal(&self) -> &'m dyn ObservationModel {
@@ -124,6 +130,19 @@ rows! {
     };
     /// Geometric, with the factors of two views of Eq. 15, by a viewpoint-predictive model; runs where a scene names it.
     ViewpointPairs => |settings, reader: Reader<'m>| ViewpointPairs::new(settings, reader.pairs());
+    /// `viewpoint_dependent`, the noise of crops and the discrepancy refitted on the episode; runs where a scene names it.
+    NoiseRefitted => |settings, reader: Reader<'m>| Refitted::new(settings, reader.model);
+    /// `viewpoint_dependent`, with a Gaussian process per object over the azimuth that corrects the model's predictions by the object's own
+    /// views, in place of the discrepancy; runs where a scene names it.
+    ObjectProcess => |settings: &Settings, reader: Reader<'m>| {
+        let semantics = SemanticSettings { azimuth_discrepancy: None, ..settings.semantics };
+        Semantic::new(&Settings { semantics, ..*settings }, reader.process())
+    };
+    /// `viewpoint_dependent`, with an affine change of the model's predictions that is learnt on the episode (Eq. 25-26); runs where a scene
+    /// names it.
+    DomainAdapted => |settings: &Settings, reader: Reader<'m>| {
+        Semantic::new(settings, reader.model).in_domain(&settings.domain)
+    };
     /// Geometric, with an ideal sensor of azimuths in place of a model: what could be had at best. It reads the truth with noise of two
     /// degrees; runs where a scene names it.
     IdealAzimuth => |settings, reader: Reader<'m>| Semantic::new(&of_an_ideal_sensor(settings), reader.ideal());
@@ -141,6 +160,11 @@ impl Row {
     /// Whether it reads a model's measurement by a read-out that is fitted on labelled views.
     pub fn reads_out(self) -> bool {
         matches!(self, Row::AzimuthHead | Row::DiscreteClass)
+    }
+
+    /// Whether it corrects a model by a process per object that is fitted on views.
+    pub fn has_process(self) -> bool {
+        self == Row::ObjectProcess
     }
 
     /// Whether it reads views in pairs, as viewpoint-predictive models alone tell them.

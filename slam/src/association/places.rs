@@ -38,5 +38,6 @@ fn row(key: Key) -> (usize, usize) {
         Key::Extents(track) => (4, track),
         Key::Offset(track) => (5, track),
         Key::OdometryBias => (6, 0),
+        Key::Domain => (7, 0),
     }
 }

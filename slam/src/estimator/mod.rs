@@ -8,6 +8,7 @@ mod geometric;
 mod hypotheses;
 mod odometry;
 mod pairs;
+mod refitted;
 mod semantic;
 mod uninformative;
 
@@ -16,6 +17,7 @@ pub use discrete_class::DiscreteClass;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;
 pub use pairs::ViewpointPairs;
+pub use refitted::Refitted;
 pub use semantic::Semantic;
 pub use uninformative::Uninformative;
 

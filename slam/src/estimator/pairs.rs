@@ -52,7 +52,7 @@ impl Estimator for ViewpointPairs<'_> {
         let mut posterior = self.geometric.posterior(observations)?;
         let problem = self.geometric.problem(observations);
         let pairs = Pairs {
-            semantics: Semantics { problem, model, settings: self.semantics },
+            semantics: Semantics { problem, model, settings: self.semantics, domain: None },
             model,
             orientation: self.orientation,
         };

@@ -2,9 +2,11 @@
 
 use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
+use crate::domain::{Domain, DomainPrior};
 use crate::estimate::{Dropped, Estimate};
-use crate::factor::Factor;
+use crate::factor::{Factor, StandardNormalPrior};
 use crate::input::{EstimateError, check_model, check_settings};
+use crate::laplace::log_evidence;
 use crate::online::{Online, Reading};
 use crate::orientation::{Mode, modes};
 use crate::posterior::{Posterior, Seen};
@@ -14,6 +16,7 @@ use crate::sighting::Sighting;
 use crate::solve::{Outcome, Solution, solve};
 use crate::unknown_object::log_odds;
 use crate::variable::{Key, Value, Values};
+use nalgebra::DVector;
 use std::collections::BTreeMap;
 use vantage_dataset::{Camera, Observations, Pose};
 use vantage_model::{AnswerError, ObservationModel};
@@ -25,6 +28,7 @@ pub struct Semantic<'m> {
     geometric: Geometric,
     semantics: SemanticSettings,
     orientation: OrientationSettings,
+    domain: Option<Domain>,
 }
 
 impl<'m> Semantic<'m> {
@@ -32,7 +36,13 @@ impl<'m> Semantic<'m> {
     pub fn new(settings: &Settings, model: &'m dyn ObservationModel) -> Self {
         let Settings { semantics, orientation, .. } = *settings;
         let discrepant = semantics.azimuth_discrepancy.map(|of| Discrepant::new(model, &of));
-        Self { model, discrepant, geometric: Geometric::new(settings), semantics, orientation }
+        Self { model, discrepant, geometric: Geometric::new(settings), semantics, orientation, domain: None }
+    }
+
+    /// The same in a domain that it learns, under a prior.
+    pub fn in_domain(self, prior: &DomainPrior) -> Self {
+        let domain = Some(Domain::new(self.model.noise(), prior));
+        Self { domain, ..self }
     }
 
     /// The model with its discrepancy.
@@ -41,15 +51,53 @@ impl<'m> Semantic<'m> {
     }
 }
 
-impl Estimator for Semantic<'_> {
-    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+impl Semantic<'_> {
+    /// The estimate, and the log-evidence of all that is observed, nats up to a constant, by Laplace's method; that is `None` where it is
+    /// not defined.
+    pub(super) fn evidenced(
+        &self,
+        observations: &Observations,
+    ) -> Result<(Estimate, Option<f64>), EstimateError> {
+        let (posterior, added) = self.posterior(observations)?;
+        let Posterior { graph, solution, .. } = &posterior;
+        let keys: Vec<Key> = solution.values.iter().map(|(key, _)| key).collect();
+        let views: usize = added.values().map(|added| added.object.views.len()).sum();
+        // What whitening takes out of each view's density.
+        let spread = (views * self.model.measurement_dim()) as f64 * libm::log(self.semantics.noise_scale);
+        let evidence = log_evidence(graph, &solution.values, &keys).map(|evidence| evidence - spread);
+        Ok((self.told(posterior, &added, observations), evidence))
+    }
+
+    fn told(
+        &self,
+        posterior: Posterior<'_>,
+        added: &BTreeMap<usize, Added>,
+        observations: &Observations,
+    ) -> Estimate {
+        let seen = |track| added.get(&track).map(Added::seen);
+        let mut estimate = self.geometric.estimate_of(posterior, observations, seen);
+        let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
+        latents.for_each(|latent| latent.truncate(self.model.latent_dim()));
+        estimate
+    }
+
+    /// The maximum, and the objects that semantic factors are of.
+    fn posterior(
+        &self,
+        observations: &Observations,
+    ) -> Result<(Posterior<'_>, BTreeMap<usize, Added>), EstimateError> {
         check_settings(&self.semantics)?;
         check_settings(&self.orientation)?;
         check_model(self.model)?;
         let model = self.reader();
         let mut posterior = self.geometric.posterior(observations)?;
         let problem = self.geometric.problem(observations);
-        let semantics = Semantics { problem, model, settings: self.semantics };
+        let domain = self.domain.as_ref();
+        if let Some(domain) = domain {
+            posterior.graph.push(StandardNormalPrior::new(Key::Domain));
+            posterior.solution.values.insert(Key::Domain, Value::Vector(DVector::zeros(domain.dim())));
+        }
+        let semantics = Semantics { problem, model, settings: self.semantics, domain };
         let start = |object: &SemanticObject, sightings: &[Sighting], values: &Values| {
             let modes = modes(&semantics, &self.orientation, object, sightings, values)?;
             let margin = match modes.as_slice() {
@@ -72,16 +120,20 @@ impl Estimator for Semantic<'_> {
             geometric.restore(&mut posterior);
         };
         posterior.dropped.unknown_object = unknown.into_values().sum();
-        let seen = |track| added.get(&track).map(Added::seen);
-        let mut estimate = self.geometric.estimate_of(posterior, observations, seen);
-        let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
-        latents.for_each(|latent| latent.truncate(self.model.latent_dim()));
-        Ok(estimate)
+        Ok((posterior, added))
+    }
+}
+
+impl Estimator for Semantic<'_> {
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        let (posterior, added) = self.posterior(observations)?;
+        Ok(self.told(posterior, &added, observations))
     }
 
-    /// None where objects are to be asked for whether the model knows them: that is of all of their views.
+    /// None where objects are to be asked for whether the model knows them: that is of all of their views. Nor is there one in a domain that
+    /// is learnt.
     fn online(&self, camera: Camera, robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
-        if self.semantics.unknown_margin.is_some() {
+        if self.semantics.unknown_margin.is_some() || self.domain.is_some() {
             return None;
         }
         let checked = || -> Result<Online<'_>, EstimateError> {

@@ -35,7 +35,7 @@ impl Estimator for Uninformative<'_> {
         check_model(self.model)?;
         let mut posterior = self.geometric.posterior(observations)?;
         let problem = self.geometric.problem(observations);
-        let semantics = Semantics { problem, model: self.model, settings: self.semantics };
+        let semantics = Semantics { problem, model: self.model, settings: self.semantics, domain: None };
         // The views say nothing of the orientation: one start, upright, and no second mode to be told from it.
         let start = |object: &SemanticObject, _: &[Sighting], values: &Values| {
             let position = values.get(Key::Object(object.track)).and_then(|value| value.position());

@@ -4,9 +4,9 @@ use super::view::View;
 use super::{Factor, LinearFactor, finite};
 use crate::noise::Kernel;
 use crate::variable::{Key, Values};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Pose, Viewpoint};
-use vantage_model::ObservationModel;
+use vantage_model::{Linearization, ObservationModel};
 
 /// `W (m(z) - h(e, x_rel)) / noise scale` with `x_rel` the viewpoint of
 /// `object_from_camera = world_from_object^-1 world_from_robot robot_from_camera`. An object that is a centre has the world's axes.
@@ -47,6 +47,49 @@ impl<'m> SemanticFactor<'m> {
         let [robot, object, _] = self.keys;
         View::of([robot, object], values, &self.robot_from_camera)
     }
+
+    /// `[robot, object, latent]`.
+    pub(super) fn joined(&self) -> &[Key; 3] {
+        &self.keys
+    }
+
+    /// `m(z)`.
+    pub(super) fn measurement(&self) -> &DVector<f64> {
+        &self.measurement
+    }
+
+    /// `W / noise scale`.
+    pub(super) fn whitening(&self) -> DMatrix<f64> {
+        self.model.noise().sqrt_information() / self.scaling.noise
+    }
+
+    /// `h(e, x_rel)`, `[M]`.
+    pub(super) fn predicted(&self, values: &Values) -> Option<DVector<f64>> {
+        let viewpoint = Viewpoint::new(&self.view(values)?.object_from_camera, self.object_size)?;
+        let predicted = self.model.predict(values.vector(self.keys[2])?, &viewpoint).ok()?;
+        (predicted.len() == self.measurement.len()).then_some(predicted)
+    }
+
+    /// The prediction with its derivatives, and the view.
+    pub(super) fn near(&self, values: &Values) -> Option<(Linearization, View)> {
+        let view = self.view(values)?;
+        let viewpoint = Viewpoint::new(&view.object_from_camera, self.object_size)?;
+        let latent = values.vector(self.keys[2])?;
+        let near = self.model.linearize(latent, &viewpoint).ok()?;
+        near.is_valid(self.measurement.len(), latent.len()).then_some((near, view))
+    }
+
+    /// The derivatives of `-A h` by robot, object and latent, of a matrix `A`.
+    pub(super) fn jacobians(
+        &self,
+        matrix: &DMatrix<f64>,
+        near: &Linearization,
+        view: &View,
+    ) -> Option<[DMatrix<f64>; 3]> {
+        let d_camera = -near.d_viewpoint.by_camera(matrix, &view.object_from_camera, self.object_size)?;
+        let [d_robot, d_object] = view.jacobians(&d_camera, &self.robot_from_camera);
+        Some([d_robot, d_object, -(matrix * &near.d_latent)])
+    }
 }
 
 impl Factor for SemanticFactor<'_> {
@@ -55,30 +98,15 @@ impl Factor for SemanticFactor<'_> {
     }
 
     fn residual(&self, values: &Values) -> Option<DVector<f64>> {
-        let viewpoint = Viewpoint::new(&self.view(values)?.object_from_camera, self.object_size)?;
-        let predicted = self.model.predict(values.vector(self.keys[2])?, &viewpoint).ok()?;
-        if predicted.len() != self.measurement.len() {
-            return None;
-        }
+        let predicted = self.predicted(values)?;
         finite(self.model.noise().sqrt_information() * (&self.measurement - predicted) / self.scaling.noise)
     }
 
     fn linearize(&self, values: &Values) -> Option<LinearFactor> {
-        let view = self.view(values)?;
-        let viewpoint = Viewpoint::new(&view.object_from_camera, self.object_size)?;
-        let latent = values.vector(self.keys[2])?;
-        let near = self.model.linearize(latent, &viewpoint).ok()?;
-        if !near.is_valid(self.measurement.len(), latent.len()) {
-            return None;
-        }
-        let whiten = self.model.noise().sqrt_information() / self.scaling.noise;
-        let d_camera = -near.d_viewpoint.by_camera(&whiten, &view.object_from_camera, self.object_size)?;
-        let [d_robot, d_object] = view.jacobians(&d_camera, &self.robot_from_camera);
-        LinearFactor {
-            residual: &whiten * (&self.measurement - near.mean),
-            jacobians: vec![d_robot, d_object, -(&whiten * near.d_latent)],
-        }
-        .finite()
+        let (near, view) = self.near(values)?;
+        let whiten = self.whitening();
+        let jacobians = self.jacobians(&whiten, &near, &view)?.into();
+        LinearFactor { residual: &whiten * (&self.measurement - near.mean), jacobians }.finite()
     }
 
     /// A Student-t over the whole vector: a crop is an outlier as a whole.

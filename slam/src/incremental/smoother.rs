@@ -53,7 +53,7 @@ impl<'m> Smoother<'m> {
                 Place::Object(2 * track)
             }
             Key::Landmark(landmark) => Place::Object(2 * landmark + 1),
-            Key::OdometryBias => Place::Shared,
+            Key::OdometryBias | Key::Domain => Place::Shared,
             Key::Robot(_) => Place::Chain,
         };
         let variable = self.tree.add_variable(value.dim(), place);

@@ -161,8 +161,12 @@ impl<'m> Map<'m> {
         let mut values = self.smoother.values().clone();
         let mut found = orienting.found(&values);
         if let Some(found) = &mut found {
-            let semantics =
-                Semantics { problem: *problem, model: reading.model, settings: reading.semantics };
+            let semantics = Semantics {
+                problem: *problem,
+                model: reading.model,
+                settings: reading.semantics,
+                domain: None,
+            };
             for sighting in &track.sightings[searched..] {
                 let view = semantics.view(&values, &found.object, sighting, &mut self.dropped)?;
                 found.object.views.extend(view);
@@ -203,7 +207,7 @@ impl<'m> Map<'m> {
         track.semantic = None;
         if let (Some(Oriented { object, best }), Some(reading)) = (found, self.reading) {
             let Reading { model, semantics: settings, .. } = reading;
-            let semantics = Semantics { problem: *problem, model, settings };
+            let semantics = Semantics { problem: *problem, model, settings, domain: None };
             semantics.add_factors(&mut graph, &object, &object.views, best.world_from_object.rotation);
             values.insert(key, Value::Pose(best.world_from_object));
             values.insert(Key::Latent(number), Value::Vector(best.latent));
@@ -230,7 +234,7 @@ impl<'m> Map<'m> {
         }
         if let (Some(object), Some(reading)) = (&mut track.semantic, self.reading) {
             let Reading { model, semantics: settings, .. } = reading;
-            let semantics = Semantics { problem: *problem, model, settings };
+            let semantics = Semantics { problem: *problem, model, settings, domain: None };
             if let Some(view) = semantics.view(values, object, &sighting, &mut self.dropped)? {
                 graph.push(semantics.factor(object, &view));
                 object.views.push(view);

@@ -58,7 +58,7 @@ impl<'m> Orienting<'m> {
         dropped: &mut Dropped,
         budget: &mut Budget,
     ) -> Result<bool, AnswerError> {
-        let semantics = Semantics { problem: *problem, model, settings };
+        let semantics = Semantics { problem: *problem, model, settings, domain: None };
         while let Some(sighting) = self.sightings.get(self.measured) {
             if !budget.spend(MEASUREMENT) {
                 return Ok(false);

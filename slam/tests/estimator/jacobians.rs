@@ -8,11 +8,12 @@ use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Odometry, Pose, See
 use vantage_model::{AzimuthReading, ObservationModel, PairModel};
 use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::discrepancy::Discrepant;
+use vantage_slam::domain::{Domain, DomainPrior};
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
     AzimuthFactor, BearingFactor, BetweenFactor, BiasedBetweenFactor, BoxEdgesFactor, ClassFactor,
-    DepthFactor, ExtentsPrior, Factor, OffsetBearingFactor, PairFactor, PosePrior, ProjectionFactor,
-    SemanticFactor, StandardNormalPrior, UprightFactor,
+    DepthFactor, DomainFactor, ExtentsPrior, Factor, OffsetBearingFactor, PairFactor, PosePrior,
+    ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::odometry_bias::OdometryBias;
@@ -208,6 +209,18 @@ fn semantic_with_a_discrepancy() {
 }
 
 fn semantic_of(model: &dyn ObservationModel) {
+    semantic_in(model, None);
+}
+
+#[test]
+fn semantic_in_a_domain() {
+    let model = TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5));
+    let domain = Domain::new(model.noise(), &DomainPrior { offset_sigma: 1.5, gain_sigma: 0.4 });
+    assert_eq!(domain.dim(), 12);
+    semantic_in(&model, Some(&domain));
+}
+
+fn semantic_in(model: &dyn ObservationModel, domain: Option<&Domain>) {
     let mut stream = Seed(5).stream("semantic", 0);
     let mut tested = 0;
     while tested < 20 {
@@ -226,9 +239,22 @@ fn semantic_of(model: &dyn ObservationModel) {
         let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
         let keys = [Key::Robot(0), Key::Object(0), Key::Latent(0)];
         let factor = SemanticFactor::new(keys, model, measurement, mount, 0.4, scaling);
-        if factor.residual(&values).is_some() {
-            assert!(check(&factor, &values) > 1.0);
-            tested += 1;
+        if factor.residual(&values).is_none() {
+            continue;
+        }
+        tested += 1;
+        match domain {
+            None => assert!(check(&factor, &values) > 1.0),
+            Some(domain) => {
+                let none = DVector::zeros(domain.dim());
+                values.insert(Key::Domain, Value::Vector(none));
+                let factor_in_domain = DomainFactor::new(factor.clone(), domain);
+                let (plain, as_trained) = (factor.residual(&values), factor_in_domain.residual(&values));
+                assert!((plain.unwrap() - as_trained.unwrap()).amax() < 1e-12);
+                let u = DVector::from_fn(domain.dim(), |_, _| stream.normal());
+                values.insert(Key::Domain, Value::Vector(u));
+                assert!(check(&factor_in_domain, &values) > 1.0);
+            }
         }
     }
 }

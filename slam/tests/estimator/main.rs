@@ -13,6 +13,7 @@ mod incremental;
 mod input;
 mod jacobians;
 mod landmarks;
+mod learning;
 mod linear;
 mod model;
 mod online;

@@ -8,6 +8,7 @@ mod submission;
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
+use crate::progress::Progress;
 use crate::result::grid::{Style, draw};
 use crate::result::output_folder::OutputFolder;
 use crate::result::trajectory::{Trajectory, TumError};
@@ -20,7 +21,11 @@ use error::ScoreError;
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
+use vantage_dataset::Pose;
 use vantage_formats::PoseText;
+
+/// Paths whose lengths differ by this factor may be in different units.
+const UNIT: f64 = 30.0;
 
 /// What is told of two trajectories.
 #[derive(Serialize)]
@@ -116,6 +121,11 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
         let (max_difference, truth, estimate) = (args.max_difference, span(&truth), span(&estimate));
         return Err(ScoreError::Apart { max_difference, truth, estimate });
     }
+    if let Some(times) = other_unit(&pairs) {
+        Progress::detect().note(&format!(
+            "note: the estimate's path is {times:.3} times as long as the true one: are both in metres? `--align sim3` frees the scale"
+        ));
+    }
     let (laid, aligned) = (args.align.of(&pairs)?, args.align.apply(&pairs)?);
     let spacing = Spacing { delta: args.delta, unit: args.unit, all_pairs: args.all_pairs };
     let of = |kind: [&'static str; 2], errors: PoseErrors| {
@@ -142,6 +152,15 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
         laid,
         aligned: Aligned { pairs: aligned, times: pairs.times().to_vec() },
     })
+}
+
+/// How many times as long the estimated path is, where one of the two may be in another unit.
+fn other_unit(pairs: &Pairs) -> Option<f64> {
+    let path = |poses: &[Pose]| -> f64 {
+        poses.windows(2).map(|step| (step[1].translation.vector - step[0].translation.vector).norm()).sum()
+    };
+    let times = path(pairs.estimate()) / path(pairs.truth());
+    (times.is_finite() && !(1.0 / UNIT..UNIT).contains(&times)).then_some(times)
 }
 
 fn read(

@@ -1,0 +1,36 @@
+//! Stage `residual_process`: how far a model is off on the views of validation objects, for a process per object beside it.
+
+use super::{ModelRefusal, Pipeline, StageError, code, views};
+use crate::score::known_views::residuals;
+use vantage_dataset::store::Key;
+use vantage_dataset::{Split, ViewSet};
+use vantage_learn::residual_process::ResidualHyperparameters;
+use vantage_learn::{Kind, Model};
+
+const FILE: &str = "residual_process.json";
+
+/// Fitted on the scene's validation views, and what identifies these.
+pub fn object_process(
+    pipeline: &Pipeline,
+    model: &Model,
+) -> Result<(ResidualHyperparameters, String), StageError> {
+    let (set, seal) = views(pipeline, Split::Validation, pipeline.file.training.seed, &mut |_| ())?;
+    let too_few = || ModelRefusal::NoReadouts { scene: pipeline.file.name.clone(), views: set.views.len() };
+    let fitted = residual_process(pipeline, (&set, &seal), model)?.ok_or_else(too_few)?;
+    Ok((fitted, seal))
+}
+
+/// Fitted on views of that seal; `None` of a model that tells no looks, or without a residual.
+pub fn residual_process(
+    pipeline: &Pipeline,
+    (set, seal): (&ViewSet, &str),
+    model: &Model,
+) -> Result<Option<ResidualHyperparameters>, StageError> {
+    let Some(viewing) = model.viewing() else { return Ok(None) };
+    let free_yaw = model.manifest().kind == Kind::ViewpointDependent;
+    let key = Key::new("residual_process", &(code::SCORED, seal, model.hash()))?;
+    pipeline.cache.json(&key, FILE, || {
+        let objects = residuals(set, viewing, free_yaw).map_err(ModelRefusal::Answer)?;
+        Ok(ResidualHyperparameters::fit(&objects, viewing.noise().degrees_of_freedom()))
+    })
+}

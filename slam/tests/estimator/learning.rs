@@ -1,0 +1,72 @@
+//! Learning while localising (Eq. 25-26): a domain that differs from training is found and undone, and noise that was told too small is noticed.
+
+use crate::model::TanhModel;
+use crate::world::{World, WorldSpec, matching_settings};
+use nalgebra::DVector;
+use vantage_dataset::Seed;
+use vantage_model::ObservationModel;
+use vantage_slam::{DomainPrior, Estimator, Outcome, Refitted, Semantic};
+
+fn model() -> TanhModel {
+    TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1))
+}
+
+/// Every crop measured as `gain` times what it was, and `offset` standard deviations of the noise off.
+fn moved(world: &mut World, model: &TanhModel, gain: f64, offset: f64) {
+    let direction = DVector::from_fn(12, |i, _| if i % 2 == 0 { 1.0 } else { -0.5 });
+    for detection in &mut world.observations.detections {
+        let measured = model.measure(&detection.masked_crop).unwrap();
+        detection.masked_crop = TanhModel::crop(&(measured * gain + &direction * (0.03 * offset)));
+    }
+}
+
+/// Mean ATE of the frozen model and of the one in a domain that is learnt.
+fn errors(gain: f64, offset: f64) -> [f64; 2] {
+    let (model, spec) = (model(), WorldSpec::sparse_loop());
+    let settings = matching_settings(&spec);
+    let prior = DomainPrior { offset_sigma: 10.0, gain_sigma: 0.3 };
+    let mut sums = [0.0; 2];
+    for seed in 0..6 {
+        let mut world = World::new(&spec, Some(&model), Seed(seed));
+        moved(&mut world, &model, gain, offset);
+        let frozen = Semantic::new(&settings, &model);
+        let learning = Semantic::new(&settings, &model).in_domain(&prior);
+        for (sum, estimator) in sums.iter_mut().zip([frozen, learning]) {
+            let estimate = estimator.estimate(&world.observations).unwrap();
+            let given_up = matches!(estimate.outcome, Outcome::Diverged | Outcome::Underconstrained { .. });
+            assert!(!given_up, "seed {seed}: {}", estimate.outcome);
+            *sum += world.ate(&estimate) / 6.0;
+        }
+    }
+    println!("gain {gain}, offset {offset}: frozen {:.4} m, learning {:.4} m", sums[0], sums[1]);
+    sums
+}
+
+#[test]
+fn a_domain_that_differs_from_training_is_learnt() {
+    let [frozen, learning] = errors(1.3, 8.0);
+    assert!(learning < 0.75 * frozen, "{learning} {frozen}");
+}
+
+#[test]
+fn in_the_domain_of_training_little_is_lost() {
+    let [frozen, learning] = errors(1.0, 0.0);
+    assert!(learning < 1.1 * frozen, "{learning} {frozen}");
+}
+
+#[test]
+fn noise_that_was_told_too_small_is_refitted_and_right_noise_is_kept() {
+    let model = model();
+    let deviation = |sigma: f64, refit: bool| {
+        let spec = WorldSpec { semantic_sigma: sigma, ..WorldSpec::sparse_loop() };
+        let (settings, world) = (matching_settings(&spec), World::new(&spec, Some(&model), Seed(3)));
+        let refitted = Refitted::new(&settings, &model);
+        let frozen = Semantic::new(&settings, &model);
+        let estimator: &dyn Estimator = if refit { &refitted } else { &frozen };
+        let estimate = estimator.estimate(&world.observations).unwrap();
+        estimate.pose_covariances.unwrap().last().unwrap().trace().sqrt()
+    };
+    assert_eq!(deviation(0.03, true), deviation(0.03, false), "the right noise");
+    let ratio = deviation(0.08, true) / deviation(0.08, false);
+    assert!(ratio > 1.2, "told {ratio} times as much");
+}
