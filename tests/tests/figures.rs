@@ -51,3 +51,25 @@ fn a_folder_that_cannot_be_written_and_a_missing_model_are_told_of() {
     Finished::of(command.args(["--model", "none", "--out"]).arg(scene.path("out")))
         .expect(2, &["--model none"]);
 }
+
+#[test]
+fn of_objects_with_one_view_each_it_is_said_what_cannot_be_drawn() {
+    let scene = SmallScene::new(&[]);
+    let photos = scene.path("photos");
+    std::fs::create_dir(&photos).expect("a folder");
+    for object in 1u8..=3 {
+        let color = image::Rgb([60 * object, 90, 200]);
+        let inside = |x: u32, y: u32| (10..50).contains(&x) && (20..40).contains(&y);
+        let image =
+            image::RgbImage::from_fn(64, 64, |x, y| if inside(x, y) { color } else { image::Rgb([0; 3]) });
+        image.save(photos.join(format!("obj{object}__0.png"))).expect("a photograph");
+    }
+    let mut import = vantage_tests::bench();
+    import.args(["import", "folder"]).arg(&photos).arg("--out").arg(scene.path("views"));
+    Finished::of(&mut import).expect(0, &[]);
+    let mut command = scene.on(&["figures"], "scene.yaml");
+    command.arg("--views").arg(scene.path("views")).arg("--out").arg(scene.path("out"));
+    let told = Finished::of(&mut command);
+    told.expect(4, &["3 views are too few for t-SNE", "no object has views of two sessions"]);
+    assert!(told.stdout.is_empty(), "{}", told.stdout);
+}

@@ -3,7 +3,9 @@
 use super::FigureError;
 use super::palette::color;
 use super::svg::{Area, Drawn, svg};
+use nalgebra::{Matrix2, Matrix6};
 use plotters::prelude::*;
+use std::f64::consts::PI;
 use vantage_dataset::Pose;
 
 const FIGURE: &str = "trajectory";
@@ -30,6 +32,8 @@ pub struct TopView<'a> {
     pub truth: &'a [Pose],
     /// Estimated robot poses by method, aligned as the scores align them.
     pub estimates: &'a [(&'a str, Vec<Pose>)],
+    /// 95% regions of estimated positions, closed outlines, metres, each with the number of its estimate.
+    pub regions: &'a [(usize, Vec<(f64, f64)>)],
     /// True objects: name, x and y of the centre, radius, metres.
     pub objects: &'a [(&'a str, [f64; 2], f64)],
 }
@@ -48,6 +52,26 @@ pub fn trajectory_svg(view: &TopView<'_>) -> Result<String, FigureError> {
         draw_key(&above, &key)?;
         draw(view, &frame, &below)
     })
+}
+
+/// Corners of an outline.
+const CORNERS: usize = 48;
+/// Squared radius of a region of two numbers that holds 95%: the chi-square law's.
+const REGION: f64 = 5.991;
+
+/// The outline of the 95% region of a pose's position in the plane, under the covariance of its right perturbation, rotation first; `None`
+/// where that is not positive definite.
+pub fn region(world_from_robot: &Pose, covariance: &Matrix6<f64>) -> Option<Vec<(f64, f64)>> {
+    let turn = world_from_robot.rotation.to_rotation_matrix().into_inner();
+    let of_position = turn * covariance.fixed_view::<3, 3>(3, 3) * turn.transpose();
+    let root = Matrix2::from(of_position.fixed_view::<2, 2>(0, 0)).cholesky()?.l() * REGION.sqrt();
+    let (x, y) = xy(world_from_robot);
+    let corner = |i: usize| {
+        let (sin, cos) = libm::sincos(2.0 * PI * i as f64 / CORNERS as f64);
+        (x + root[(0, 0)] * cos, y + root[(1, 0)] * cos + root[(1, 1)] * sin)
+    };
+    let outline: Vec<(f64, f64)> = (0..=CORNERS).map(corner).collect();
+    outline.iter().all(|(x, y)| x.is_finite() && y.is_finite()).then_some(outline)
 }
 
 fn xy(pose: &Pose) -> (f64, f64) {
@@ -119,6 +143,9 @@ fn draw(view: &TopView<'_>, frame: &Frame, area: &Area<'_>) -> Drawn {
         let style = color(index).stroke_width(2);
         chart.draw_series(LineSeries::new(poses.iter().map(xy), style))?;
         chart.draw_series(poses.last().map(|end| Cross::new(xy(end), 5, style)))?;
+    }
+    for (index, outline) in view.regions {
+        chart.draw_series(LineSeries::new(outline.iter().copied(), color(*index).stroke_width(1)))?;
     }
     chart.draw_series(truth().next_back().map(|end| Cross::new(end, 5, BLACK.stroke_width(2))))?;
     Ok(())
@@ -201,7 +228,13 @@ mod tests {
         let truth = path(1.0);
         let estimates = [("odometry", path(1.2)), ("a<b", path(0.9))];
         let objects = [("mug & bowl", [1.0, 1.0], 0.3)];
-        let view = TopView { title: "tabletop", truth: &truth, estimates: &estimates, objects: &objects };
+        let view = TopView {
+            title: "tabletop",
+            truth: &truth,
+            estimates: &estimates,
+            regions: &[],
+            objects: &objects,
+        };
         let svg = trajectory_svg(&view).unwrap();
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
         for text in ["tabletop", "odometry", "a&lt;b", "mug &amp; bowl", "truth", "start", "end", "x [m]"] {
@@ -212,6 +245,23 @@ mod tests {
         // The object, and the start in the plot and in the key.
         assert_eq!(svg.matches("<circle").count(), 3, "{svg}");
         assert_eq!(svg, trajectory_svg(&view).unwrap());
+    }
+
+    #[test]
+    fn a_region_is_turned_with_the_robot_and_holds_two_and_a_half_deviations() {
+        let mut covariance = Matrix6::identity() * 1e-6;
+        covariance[(3, 3)] = 0.04;
+        let turned = Pose::new([1.0, 2.0, 0.0].into(), [0.0, 0.0, PI / 2.0].into());
+        let outline = region(&turned, &covariance).unwrap();
+        let reach = |of: fn(&(f64, f64)) -> f64| outline.iter().map(of).fold(f64::MIN, f64::max);
+        assert!((reach(|p| p.1) - (2.0 + 0.2 * REGION.sqrt())).abs() < 1e-3, "along the robot's x");
+        assert!(reach(|p| p.0) < 1.01);
+        assert!(region(&turned, &Matrix6::zeros()).is_none());
+        let view = TopView { regions: &[(0, outline)], truth: &path(1.0), ..TopView::default() };
+        assert_eq!(trajectory_svg(&view).unwrap().matches("<polyline").count(), {
+            let bare = TopView { truth: &path(1.0), ..TopView::default() };
+            trajectory_svg(&bare).unwrap().matches("<polyline").count() + 1
+        });
     }
 
     #[test]

@@ -6,7 +6,6 @@ mod looks;
 use crate::command::cli::FiguresArgs;
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::figure::FigureError;
 use crate::pipeline::{Pipeline, any_model, check_unseen, chosen_model, imported_views, views};
 use crate::result::output_folder::OutputFolder;
 use crate::score::instance_posterior::KnownInstances;
@@ -29,8 +28,18 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     check_unseen(model.training_instances(), &folder, set.instances.iter().map(|instance| instance.id))?;
 
     let embeddings = latents::embeddings(&model, &set)?;
-    let (svg, png) = latents::map(&set, &embeddings)?.ok_or(FigureError::Empty { figure: "t-SNE" })?;
-    let mut drawn = vec![(latents::LATENTS_DOTS, svg.into_bytes()), (latents::LATENTS, png)];
+    let mut drawn = Vec::new();
+    match latents::map(&set, &embeddings)? {
+        Some((svg, png)) => {
+            drawn.extend([(latents::LATENTS_DOTS, svg.into_bytes()), (latents::LATENTS, png)])
+        }
+        None => pipeline.progress.note(&format!(
+            "note: no {} and {}: {} views are too few for t-SNE",
+            latents::LATENTS,
+            latents::LATENTS_DOTS,
+            set.views.len()
+        )),
+    }
     drawn.extend(posteriors(&set, &embeddings)?.map(|csv| ("posterior.csv", csv)));
     match model.viewing() {
         Some(viewing) => {
@@ -51,6 +60,9 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         None => pipeline.progress.note(
             "note: no predictions.png, viewpoints.png and calibration.svg: the model does not know looks from viewpoints",
         ),
+    }
+    if drawn.is_empty() {
+        return Ok(Exit::NothingEvaluated);
     }
     for (name, bytes) in drawn {
         out.write(name, &bytes)?;

@@ -6,7 +6,7 @@ use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::gains::gains_svg;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::nees::{Curve, nees_svg};
-use crate::figure::trajectory::{TopView, trajectory_svg};
+use crate::figure::trajectory::{TopView, region, trajectory_svg};
 use crate::pipeline::Answer;
 use crate::result::folder::ResultFolder;
 use crate::result::metric::Metric;
@@ -19,6 +19,7 @@ use crate::scene_file::row_name::is_learned;
 use crate::score::consistency::pose_consistency;
 use crate::score::pairs::Pairs;
 use crate::score::trajectory_scores::TRAJECTORIES;
+use nalgebra::Matrix6;
 use std::collections::BTreeMap;
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Crop, Detection, Observations, Pose, Seed, Truth};
@@ -52,21 +53,24 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
         for ((_, seeds), answer) in nees.iter_mut().zip(answers) {
             seeds.extend(pose_nees(&truth, answer)?);
         }
-        let mut rows: Vec<(&str, Vec<Pose>)> = scored
+        let mut rows: Vec<(&str, Path)> = scored
             .methods
             .iter()
             .zip(answers)
             .filter(|(_, answer)| !answer.world_from_robot.is_empty())
-            .map(|(name, answer)| (name.as_str(), answer.world_from_robot.clone()))
+            .map(|(name, answer)| (name.as_str(), Path::of(answer)))
             .collect();
         for entry in &scored.entries {
             rows.extend(
-                entry.run(*seed, &observations.timestamps).ok().map(|poses| (entry.name.as_str(), poses)),
+                entry
+                    .run(*seed, &observations.timestamps)
+                    .ok()
+                    .map(|poses| (entry.name.as_str(), Path::bare(poses))),
             );
         }
-        let true_path = (TRUTH, truth.world_from_robot.clone());
-        for (name, poses) in std::iter::once(&true_path).chain(&rows) {
-            let trajectory = Trajectory::new(observations.timestamps.clone(), poses.clone())?;
+        let true_path = (TRUTH, Path::bare(truth.world_from_robot.clone()));
+        for (name, path) in std::iter::once(&true_path).chain(&rows) {
+            let trajectory = Trajectory::new(observations.timestamps.clone(), path.poses.clone())?;
             folder.write_trajectory(&format!("{}/{name}.tum", seed.0), &trajectory)?;
         }
         if Some(*seed) == pictured {
@@ -111,13 +115,34 @@ fn title(scene: &str, seed: Seed, compared: Option<usize>) -> String {
     }
 }
 
-/// All paths, but a control that runs where the geometric estimate does.
-fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Vec<Pose>)>) -> Result<String, BenchError> {
-    without_twin(&mut rows, |control, geometric| alike(control, geometric));
-    let mut estimates = Vec::new();
-    for (name, poses) in rows {
+/// An estimated path.
+struct Path {
+    poses: Vec<Pose>,
+    /// Of each pose's right perturbation, rotation first; empty where there are none.
+    covariances: Vec<Matrix6<f64>>,
+}
+
+impl Path {
+    fn of(answer: &Answer) -> Self {
+        let covariances = answer.pose_covariances.clone().unwrap_or_default();
+        Self { poses: answer.world_from_robot.clone(), covariances }
+    }
+
+    fn bare(poses: Vec<Pose>) -> Self {
+        Self { poses, covariances: Vec::new() }
+    }
+}
+
+/// All paths, with the 95% regions of their positions after each quarter, but a control that runs where the geometric estimate does.
+fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Path)>) -> Result<String, BenchError> {
+    without_twin(&mut rows, |control, geometric| alike(&control.poses, &geometric.poses));
+    let (mut estimates, mut regions) = (Vec::new(), Vec::new());
+    for (index, (name, Path { poses, covariances })) in rows.into_iter().enumerate() {
         let alignment = Pairs::by_step(&truth.world_from_robot, &poses)?.true_world_from_estimate_world();
-        estimates.push((name, poses.iter().map(|pose| alignment * pose).collect::<Vec<_>>()));
+        let poses: Vec<Pose> = poses.iter().map(|pose| alignment * pose).collect();
+        let quarters = (1..=4).filter_map(|quarter| (quarter * poses.len() / 4).checked_sub(1));
+        regions.extend(quarters.filter_map(|i| Some((index, region(poses.get(i)?, covariances.get(i)?)?))));
+        estimates.push((name, poses));
     }
     let objects: Vec<(&str, [f64; 2], f64)> = truth
         .objects
@@ -127,7 +152,8 @@ fn top_view(title: &str, truth: &Truth, mut rows: Vec<(&str, Vec<Pose>)>) -> Res
             (object.family.as_str(), [center.x, center.y], object.size / 2.0)
         })
         .collect();
-    let view = TopView { title, truth: &truth.world_from_robot, estimates: &estimates, objects: &objects };
+    let (truth, estimates) = (&truth.world_from_robot, &estimates);
+    let view = TopView { title, truth, estimates, regions: &regions, objects: &objects };
     Ok(trajectory_svg(&view)?)
 }
 
@@ -192,7 +218,7 @@ mod tests {
             detections: Vec::new(),
         };
         let drawn = |off: f64| {
-            let rows = vec![("geometric", path(0.0)), ("uninformative", path(off))];
+            let rows = vec![("geometric", Path::bare(path(0.0))), ("uninformative", Path::bare(path(off)))];
             top_view("s", &truth, rows).unwrap().contains("uninformative")
         };
         assert!(!drawn(0.0) && !drawn(0.000_1) && drawn(0.1));
