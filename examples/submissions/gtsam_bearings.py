@@ -1,6 +1,7 @@
 """Answers a task with GTSAM: odometry, and the centres of boxes as projections of points, one an object. Needs gtsam, numpy and scipy.
 
-    bench task sparse_loop --episodes 4 --secret "not for others" --out task --truth sealed
+    head -c 32 /dev/urandom | base64 > secret
+    bench task ring --episodes 4 --secret secret --out task --truth sealed
     python examples/submissions/gtsam_bearings.py task mine
     bench score sealed mine --task task
 
@@ -103,7 +104,8 @@ def main():
         write_trajectory(out / "trajectories" / f"{number}.tum", times, poses)
         rows = "".join(f"{x},{y},{z}\n" for x, y, z in objects.values())
         (out / "maps" / f"{number}.csv").write_text("x,y,z\n" + rows)
-    (out / "submission.yaml").write_text("name: gtsam_bearings\ndivision: open\ndescription: bearings and odometry\n")
+    lines = ["name: gtsam_bearings", "division: open", f"task: {about['truth']}", "description: bearings and odometry"]
+    (out / "submission.yaml").write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Answers a task by odometry alone, with NumPy and SciPy: the least that a submission can be.
 
-    bench task sparse_loop --episodes 4 --secret "not for others" --out task --truth sealed
+    head -c 32 /dev/urandom | base64 > secret
+    bench task ring --episodes 4 --secret secret --out task --truth sealed
     python examples/submissions/odometry.py task mine
     bench score sealed mine --task task
 """
@@ -39,11 +40,12 @@ def write_trajectory(path, times, poses):
 
 def main():
     task, out = Path(sys.argv[1]), Path(sys.argv[2])
-    episodes = json.loads((task / "task.json").read_text())["episodes"]
-    for number in range(episodes):
+    about = json.loads((task / "task.json").read_text())
+    for number in range(about["episodes"]):
         times, poses = dead_reckoning(task / str(number))
         write_trajectory(out / "trajectories" / f"{number}.tum", times, poses)
-    (out / "submission.yaml").write_text("name: dead_reckoning\ndivision: open\ndescription: odometry alone\n")
+    lines = ["name: dead_reckoning", "division: open", f"task: {about['truth']}", "description: odometry alone"]
+    (out / "submission.yaml").write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -9,14 +9,26 @@ use vantage_dataset::store::{read_episode, read_observations};
 use vantage_dataset::{Episode, Pose};
 use vantage_tests::{Finished, SmallScene, bench, files};
 
-const SECRET: &str = "nobody guesses this";
+const SECRET: &str = "nobody guesses this one";
 
 /// A task of two episodes, in `task` and `sealed`.
 fn task(scene: &SmallScene, options: &[&str]) -> Finished {
     let mut command = scene.on(&["task"], "scene.yaml");
-    command.args(["--episodes", "2", "--secret", SECRET]).args(options);
+    command.args(["--episodes", "2"]).args(options).arg("--secret").arg(secret(scene, SECRET));
     command.arg("--out").arg(scene.path("task")).arg("--truth").arg(scene.path("sealed"));
     Finished::of(&mut command)
+}
+
+/// A file that holds one.
+fn secret(scene: &SmallScene, text: &str) -> PathBuf {
+    let path = scene.path("secret");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+fn hash(scene: &SmallScene) -> String {
+    let task: Value = serde_json::from_slice(&fs::read(scene.path("task/task.json")).unwrap()).unwrap();
+    task["truth"].as_str().unwrap().to_owned()
 }
 
 fn score(scene: &SmallScene, options: &[&str]) -> Finished {
@@ -36,7 +48,8 @@ fn submit_truth(scene: &SmallScene) -> PathBuf {
     for folder in ["trajectories", "associations", "maps"] {
         fs::create_dir_all(mine.join(folder)).unwrap();
     }
-    fs::write(mine.join("submission.yaml"), "name: oracle\ndivision: open\n").unwrap();
+    let about = format!("name: oracle\ndivision: open\ntask: {}\n", hash(scene));
+    fs::write(mine.join("submission.yaml"), about).unwrap();
     for number in 0..2 {
         let episode = read_episode(&scene.path(&format!("sealed/{number}"))).unwrap();
         let truth = scene.path(&format!("sealed/{number}/truth/robot.tum"));
@@ -83,7 +96,8 @@ fn scores(told: &Finished, table: &str, row: &str, episode: u64) -> Value {
 fn a_task_holds_nothing_that_was_true_and_the_truth_is_a_perfect_answer() {
     let scene = SmallScene::new(&[]);
     let told = task(&scene, &[]);
-    told.expect(0, &["episodes: 2 of 2"]);
+    // The way of this scene is the same for all seeds.
+    told.expect(0, &["episodes: 2 of 2", "the same path in all episodes"]);
     let sealed = sealed(&scene);
     let seeds: Vec<String> =
         sealed["episodes"].as_array().unwrap().iter().map(|episode| episode["seed"].to_string()).collect();
@@ -122,8 +136,10 @@ fn a_task_holds_nothing_that_was_true_and_the_truth_is_a_perfect_answer() {
     fs::remove_file(scene.path("mine/trajectories/1.tum")).unwrap();
     let told = score(&scene, &["--json"]);
     told.expect(0, &[]);
-    let failed = scores(&told, "trajectory", "oracle", 1)["outcome"].to_string();
-    assert!(failed.contains("there is no 1.tum"), "{failed}");
+    let failed = |table: &str| scores(&told, table, "oracle", 1)["outcome"].to_string();
+    assert!(failed("trajectory").contains("there is no 1.tum"));
+    assert!(failed("object_map").contains("whose frame it is in"), "{}", failed("object_map"));
+    assert!(failed("semantics").contains("whose frame it is in"));
 }
 
 #[test]
@@ -190,6 +206,9 @@ fn a_truth_that_was_changed_is_noticed() {
     score(&scene, &[]).expect(0, &[]);
     tamper(&scene.path("sealed/sealed.json"), SECRET, "another secret");
     score(&scene, &[]).expect(5, &["is not the truth of the task"]);
+    let mut alone = bench();
+    alone.arg("score").arg(scene.path("sealed")).arg(scene.path("mine"));
+    Finished::of(&mut alone).expect(2, &["submission.yaml: task:"]);
 }
 
 #[test]
@@ -197,35 +216,47 @@ fn what_cannot_be_published_or_scored_is_told_with_a_remedy() {
     let scene = SmallScene::new(&[]);
     let written = |out: &str, truth: &str, secret: &str| {
         let mut command = scene.on(&["task"], "scene.yaml");
-        command.args(["--episodes", "1", "--secret", secret]);
+        command.args(["--episodes", "1", "--secret"]).arg(self::secret(&scene, secret));
         command.arg("--out").arg(scene.path(out)).arg("--truth").arg(scene.path(truth));
         Finished::of(&mut command)
     };
     written("task", "task/sealed", SECRET).expect(2, &["which is published", "beside it"]);
     written("sealed/task", "sealed", SECRET).expect(2, &["which is published"]);
-    written("task", "sealed", "short").expect(2, &["5 characters", "at least 12"]);
+    written("task", "sealed", "short").expect(2, &["5 different characters of 5", "at least 8 of 16"]);
+    written("task", "sealed", &" ".repeat(20)).expect(2, &["0 different characters"]);
+    fs::create_dir_all(scene.path("data/0/truth")).unwrap();
+    written("data", "sealed", SECRET).expect(2, &["data/0 is not of this task"]);
     task(&scene, &[]).expect(0, &[]);
-    written("task", "sealed", SECRET).expect(2, &["task is not empty"]);
-    written("other", "sealed", "another long secret").expect(2, &["0 is not empty"]);
+    written("task", "sealed", SECRET).expect(2, &["task/1 is not of this task"]);
+    written("other", "sealed", SECRET).expect(2, &["sealed/1 is not of this task"]);
+    task(&scene, &["--association", "none"]).expect(2, &["sealed.json is not of this task"]);
 
     let mine = scene.path("mine");
     fs::create_dir(&mine).unwrap();
     score(&scene, &[]).expect(2, &["submission.yaml"]);
     for (text, words) in [
-        ("name: mine\n", "division"),
-        ("name: mine\ndivision: half\n", "division"),
-        ("name: <b>mine</b>\ndivision: open\n", "name: expected letters"),
-        ("name: ../mine\ndivision: open\n", "name: expected letters"),
-        ("name: odometry\ndivision: open\n", "a row of ours"),
-        ("name: mine\ndivision: open\n", "nothing to score"),
+        ("name: mine", "division"),
+        ("name: mine\ndivision: half", "division"),
+        ("name: <b>mine</b>\ndivision: open", "name: expected letters"),
+        ("name: ../mine\ndivision: open", "name: expected letters"),
+        ("name: ..\ndivision: open", "name: expected letters"),
+        ("name: odometry\ndivision: open", "a row of ours"),
+        ("name: mine\ndivision: open", "nothing to score"),
     ] {
-        fs::write(mine.join("submission.yaml"), text).unwrap();
+        fs::write(mine.join("submission.yaml"), format!("{text}\ntask: {}\n", hash(&scene))).unwrap();
         score(&scene, &[]).expect(2, &["mine", words]);
     }
+    score(&scene, &["--evo", "evo"]).expect(2, &["--evo says nothing of a submission"]);
     fs::create_dir(mine.join("maps")).unwrap();
     score(&scene, &[]).expect(2, &["maps", "no map; expected 0.csv"]);
     fs::write(mine.join("maps/0.csv"), "x,y,z\n1,2,nan\n").unwrap();
     score(&scene, &[]).expect(2, &["maps/0.csv", "line 2, z: got \"nan\""]);
-    fs::write(mine.join("maps/0.csv"), "x,y,z\n1,2,3\n").unwrap();
-    score(&scene, &[]).expect(0, &[]);
+    fs::write(mine.join("maps/0.csv"), "x,y,z,e0\n1,2,3,0\n").unwrap();
+    fs::create_dir(mine.join("map")).unwrap();
+    score(&scene, &[]).expect(0, &["mine/map is not scored"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(scene.path("sealed/1/truth/robot.tum"), mine.join("maps/1.csv")).unwrap();
+        score(&scene, &[]).expect(2, &["maps/1.csv", "it is a link"]);
+    }
 }

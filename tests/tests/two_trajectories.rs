@@ -132,11 +132,11 @@ fn results_for_evo_hold_what_evo_reads() {
         let bytes = fs::read(out.join(format!("{name}.zip"))).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         for member in
-            ["info.json", "stats.json", "error_array.npy", "timestamps.npy", "truth.tum", "estimate.tum"]
+            ["info.json", "stats.json", "error_array.npy", "timestamps.npy", "-truth.tum", "-estimate.tum"]
         {
             assert!(text.contains(member), "{name} lacks {member}");
         }
-        assert!(text.contains("\"est_name\":\"estimate\""), "{name}");
+        assert!(text.contains("\"est_name\":\"") && text.contains("-estimate\""), "{name}");
     }
 }
 
@@ -186,5 +186,18 @@ fn another_unit_is_told() {
     };
     score_of(1000.0).expect(0, &["1000.000 times as long", "are both in metres?"]);
     score_of(0.001).expect(0, &["0.001 times as long"]);
+    assert!(!score(&paths, &["--align", "sim3"]).stderr.contains("times as long"));
     assert!(!score_of(2.0).stderr.contains("times as long"));
+}
+
+#[test]
+fn what_options_cannot_mean_and_few_pairs_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = written(folder.path());
+    score(&paths, &["--delta", "1.5"]).expect(2, &["--delta 1.5", "--unit metres"]);
+    score(&paths, &["--task", "task"]).expect(2, &["--task says nothing of two trajectories"]);
+    let text = fs::read_to_string(&paths[1]).unwrap();
+    let some: String = text.lines().take(15).map(|line| format!("{line}\n")).collect();
+    fs::write(&paths[1], some).unwrap();
+    score(&paths, &[]).expect(0, &["pairs alone, of 40 true and"]);
 }

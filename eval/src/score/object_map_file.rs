@@ -155,6 +155,9 @@ impl Columns {
         let classes: BTreeMap<String, f64> = match self.label {
             Some(label) => {
                 let confidence = self.confidence.map_or(Ok(1.0), |i| row.number(i))?;
+                if row.text(label).is_empty() {
+                    return Err(format!("line {}, label: nothing", row.line));
+                }
                 [(row.text(label).to_owned(), confidence)].into()
             }
             None if self.probabilities.is_empty() => return Ok(None),

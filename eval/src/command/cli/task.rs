@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// `bench task SCENE --out DIR --truth DIR --secret TEXT`: episodes without their truth, and the truth elsewhere.
+/// `bench task SCENE --out DIR --truth DIR --secret FILE`: episodes without their truth, and the truth elsewhere.
 #[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub struct TaskArgs {
     /// The scene: a file, or the name of one that comes with the program.
@@ -18,9 +18,10 @@ pub struct TaskArgs {
     /// Folder that gets the sealed truth, which is kept back.
     #[arg(long, value_name = "DIR")]
     pub truth: PathBuf,
-    /// What seeds are drawn from: whoever knows it can make the truth anew.
-    #[arg(long, value_name = "TEXT")]
-    pub secret: String,
+    /// A file of at least 16 characters that nobody guesses: seeds are drawn from it, and whoever knows it can make the truth anew.
+    #[arg(long, value_name = "FILE")]
+    #[serde(skip)]
+    pub secret: PathBuf,
     /// How many episodes.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub episodes: u64,

@@ -65,6 +65,14 @@ pub enum ScoreError {
         /// First and last time of the estimate, seconds.
         estimate: [f64; 2],
     },
+    /// A part of a frame.
+    #[error(
+        "--delta {delta}: expected a whole number of frames; other distances take --unit metres or --unit degrees"
+    )]
+    Frames {
+        /// What was asked for.
+        delta: f64,
+    },
     /// A map that cannot be read.
     #[error(transparent)]
     Map(#[from] ObjectMapError),

@@ -7,6 +7,7 @@ mod submission;
 
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
+use crate::command::task::error::TaskError;
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::grid::{Style, draw};
@@ -16,11 +17,11 @@ use crate::score::alignment::{Alignment, Laid};
 use crate::score::embedding::Scores as MapScores;
 use crate::score::entry::text;
 use crate::score::pairs::Pairs;
-use crate::score::pose_error::{ErrorStatistics, PoseErrors, Spacing};
+use crate::score::pose_error::{ErrorStatistics, PoseErrors, Spacing, Unit};
 use error::ScoreError;
 use serde::Serialize;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Component, Path};
 use vantage_dataset::Pose;
 use vantage_formats::PoseText;
 
@@ -78,12 +79,22 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     if args.truth.is_dir() {
         return submission::score(args, stdout);
     }
+    if args.task.is_some() {
+        return Err(TaskError::Option { option: "--task", of: "two trajectories" }.into());
+    }
+    if args.unit == Unit::Frames && args.delta.fract() != 0.0 {
+        return Err(ScoreError::Frames { delta: args.delta }.into());
+    }
     let out = args.evo.as_deref().map(OutputFolder::probe).transpose()?;
     let scores = scores(args)?;
     let map = map::scores(args, &scores.laid)?;
     if let Some(out) = out {
-        let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let [truth, estimate] = [&args.truth, &args.estimate].map(|path| stem(path));
+        let named = |path: &Path| {
+            let path = path.with_extension("");
+            let parts = path.components().filter(|part| matches!(part, Component::Normal(_)));
+            parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("-")
+        };
+        let [truth, estimate] = [&args.truth, &args.estimate].map(|path| named(path));
         let estimate = if truth == estimate { format!("{estimate}-estimate") } else { estimate };
         evo::write(&out, &scores, [&truth, &estimate])?;
     }
@@ -121,7 +132,16 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
         let (max_difference, truth, estimate) = (args.max_difference, span(&truth), span(&estimate));
         return Err(ScoreError::Apart { max_difference, truth, estimate });
     }
-    if let Some(times) = other_unit(&pairs) {
+    let (met, shorter) = (pairs.truth().len(), truth.len().min(estimate.len()));
+    if met < shorter || 2 * met < truth.len() {
+        Progress::detect().note(&format!(
+            "note: errors are of {met} pairs alone, of {} true and {} estimated poses",
+            truth.len(),
+            estimate.len()
+        ));
+    }
+    let frees_scale = matches!(args.align, Alignment::Sim3 | Alignment::Scale);
+    if let Some(times) = other_unit(&pairs).filter(|_| !frees_scale) {
         Progress::detect().note(&format!(
             "note: the estimate's path is {times:.3} times as long as the true one: are both in metres? `--align sim3` frees the scale"
         ));

@@ -15,15 +15,23 @@ pub enum TaskError {
         path: PathBuf,
     },
     /// A folder holds something else.
-    #[error("{} is not empty, and holds no part of this task; choose another folder", path.display())]
+    #[error("{} is not of this task; choose another folder, or remove it", path.display())]
     Taken {
         /// The folder.
         path: PathBuf,
     },
     /// A secret that everybody guesses.
-    #[error("--secret: {found} characters, expected at least 12: whoever guesses it can make the truth anew")]
+    #[error(
+        "--secret {}: {found} different characters of {length}, expected at least 8 of 16: whoever guesses it can make the truth anew; \
+         `head -c 32 /dev/urandom | base64 > FILE` makes one",
+        path.display()
+    )]
     Secret {
+        /// The file.
+        path: PathBuf,
         /// Its length.
+        length: usize,
+        /// How many characters differ.
         found: usize,
     },
     /// The scene's episodes were recorded, or no robot drives in it.
@@ -75,6 +83,14 @@ pub enum TaskError {
     OtherEpisode {
         /// Its folder.
         path: PathBuf,
+    },
+    /// Options that say nothing of what is scored.
+    #[error("{option} says nothing of {of}; leave it out")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What is scored.
+        of: &'static str,
     },
     /// A submission that says nothing.
     #[error("{}: {reason}", path.display())]

@@ -5,6 +5,7 @@ use crate::command::cli::AssociationChoice;
 use crate::pipeline::Told;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::read_regular;
 use vantage_dataset::{Detection, Observations, Seed};
@@ -30,6 +31,8 @@ pub struct Task {
     pub association: AssociationChoice,
     /// Episodes, in folders `0`, `1` and so on.
     pub episodes: u64,
+    /// What objects may be.
+    pub classes: Vec<String>,
     /// BLAKE3 of [`SEALED`], hexadecimal: the truth was there when the task was published.
     pub truth: String,
 }
@@ -102,10 +105,16 @@ fn read<T: DeserializeOwned>(path: PathBuf) -> Result<(T, Vec<u8>), TaskError> {
     }
 }
 
-/// The seed of an episode: of the secret, which it does not give away.
-pub fn drawn(secret: &str, episode: u64) -> Seed {
+/// The seed of an episode: of the secret, which it does not give away, and of the task, so that one task tells nothing of another.
+pub fn drawn(secret: &str, scene_hash: &str, association: AssociationChoice, episode: u64) -> Seed {
     let mut hasher = blake3::Hasher::new_derive_key("vantage 2026 task episode seed");
-    hasher.update(&episode.to_le_bytes()).update(secret.as_bytes());
+    let told = match association {
+        AssociationChoice::Given => 0u8,
+        AssociationChoice::Tracklets => 1,
+        AssociationChoice::None => 2,
+    };
+    hasher.update(&episode.to_le_bytes()).update(&[told]).update(scene_hash.as_bytes());
+    hasher.update(&[0]).update(secret.as_bytes());
     let mut bytes = [0; 8];
     hasher.finalize_xof().fill(&mut bytes);
     Seed(u64::from_le_bytes(bytes))
@@ -114,13 +123,34 @@ pub fn drawn(secret: &str, episode: u64) -> Seed {
 /// What is published of what a robot observed, and of each detection its number among those of `given`.
 pub fn published(given: &Observations, association: AssociationChoice) -> (Observations, Vec<usize>) {
     let told = match association {
-        AssociationChoice::Given => return (given.clone(), (0..given.detections.len()).collect()),
+        AssociationChoice::Given => return renumbered(given),
         AssociationChoice::Tracklets => Told::Tracklets,
         AssociationChoice::None => Told::None,
     };
     let (tracklets, order) = told.of(given);
     let observations = tracklets.observations();
-    let mut rows: Vec<(Detection, usize)> = observations.detections.iter().cloned().zip(order).collect();
+    let rows = observations.detections.iter().cloned().zip(order).collect();
+    ordered(observations, rows)
+}
+
+/// Tracks numbered as they come, those of one step from left to right: which pedestal an object stands on, how many were never seen, and
+/// which tracks show nothing, their numbers do not tell.
+fn renumbered(given: &Observations) -> (Observations, Vec<usize>) {
+    let mut order: Vec<usize> = (0..given.detections.len()).collect();
+    let place = |i: &usize| (given.detections[*i].step, given.detections[*i].bounding_box.min.x);
+    order.sort_by(|a, b| place(a).0.cmp(&place(b).0).then(place(a).1.total_cmp(&place(b).1)));
+    let mut numbers: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut rows = Vec::with_capacity(order.len());
+    for index in order {
+        let next = numbers.len();
+        let track = *numbers.entry(given.detections[index].track).or_insert(next);
+        rows.push((Detection { track, ..given.detections[index].clone() }, index));
+    }
+    ordered(given, rows)
+}
+
+/// By step, then track, as episodes are stored.
+fn ordered(observations: &Observations, mut rows: Vec<(Detection, usize)>) -> (Observations, Vec<usize>) {
     rows.sort_by_key(|(detection, _)| (detection.step, detection.track));
     let (detections, order) = rows.into_iter().unzip();
     (Observations { detections, ..observations.clone() }, order)
@@ -132,10 +162,15 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn a_secret_draws_its_seeds_and_another_draws_others() {
-        let seeds: BTreeSet<u64> =
-            ["a", "b"].iter().flat_map(|secret| (0..100).map(|i| drawn(secret, i).0)).collect();
-        assert_eq!(seeds.len(), 200);
-        assert_eq!(drawn("a", 3), drawn("a", 3));
+    fn a_secret_draws_its_seeds_and_another_secret_scene_or_level_draws_others() {
+        let of = |secret, scene, association| (0..100).map(move |i| drawn(secret, scene, association, i).0);
+        let (given, none) = (AssociationChoice::Given, AssociationChoice::None);
+        let seeds: BTreeSet<u64> = of("a", "s", given)
+            .chain(of("b", "s", given))
+            .chain(of("a", "t", given))
+            .chain(of("a", "s", none))
+            .collect();
+        assert_eq!(seeds.len(), 400);
+        assert_eq!(drawn("a", "s", given, 3), drawn("a", "s", given, 3));
     }
 }

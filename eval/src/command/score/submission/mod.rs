@@ -1,22 +1,19 @@
 //! `bench score SEALED SUBMISSION`: somebody's answers to a task.
 
+mod files;
+
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
-use crate::command::score::error::ScoreError;
 use crate::command::task::error::TaskError;
 use crate::command::task::sealed::{Sealed, Task, published};
 use crate::exit::Exit;
-use crate::progress::Progress;
 use crate::result::grid::Style;
 use crate::result::results_file::Results;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::Table;
 use crate::result::table_text;
-use crate::scene_file::row_name::reserved_names;
 use crate::score::association::{self, ASSOCIATION, TrueTracklets};
-use crate::score::association_entry::AssociationEntry;
 use crate::score::embedding::Scores;
-use crate::score::entry::Entry;
 use crate::score::object_map::{
     self, OBJECT_MAP, TrueObject, nearest_pairs, object_map_scores, sides_around,
 };
@@ -24,55 +21,31 @@ use crate::score::object_map_file::ObjectMap;
 use crate::score::pairs::Pairs;
 use crate::score::semantics::{self, Belief, SEMANTICS, class_recall};
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, pose_scores};
-use serde::{Deserialize, Serialize};
+use files::{About, Division, Submission};
 use std::collections::BTreeSet;
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use vantage_dataset::store::{read_episode, read_manifest, read_regular};
+use std::path::Path;
+use vantage_dataset::store::{read_episode, read_manifest};
 use vantage_dataset::{Detection, Episode, Extents, ObjectTruth, Observations, Pose, Seed};
 
 /// The row of dead reckoning, to which trajectories are compared.
 const ODOMETRY: &str = "odometry";
-/// What a submission says of itself.
-const SUBMISSION: &str = "submission.yaml";
-/// Largest such file, bytes.
-const LARGEST_FILE: u64 = 1 << 20;
-
-/// `submission.yaml`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct About {
-    /// The name of its rows.
-    name: String,
-    /// What it keeps to.
-    division: Division,
-    /// What it is, in a sentence.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    description: Option<String>,
-}
-
-/// The rules that a submission keeps to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Division {
-    /// Crops are read by the scene's reference model alone.
-    Closed,
-    /// By anything.
-    Open,
-}
-
-/// The answers.
-struct Submission {
-    about: About,
-    trajectories: Option<Entry>,
-    associations: Option<AssociationEntry>,
-    /// By episode; empty where there is no folder of maps.
-    maps: Vec<Option<ObjectMap>>,
-}
+/// What an episode left of objects, or why it left nothing.
+type Believed = (Seed, Result<Vec<Belief>, String>);
 
 /// Scores it, and prints tables.
 pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let (sealed, hash) = Sealed::read(&args.truth)?;
+    for (is_given, option) in [
+        (args.map.is_some(), "--map"),
+        (args.true_map.is_some(), "--true-map"),
+        (args.evo.is_some(), "--evo"),
+        (args.all_pairs, "--all-pairs"),
+    ] {
+        if is_given {
+            return Err(TaskError::Option { option, of: "a submission" }.into());
+        }
+    }
     if let Some(task) = &args.task {
         let expected = Task::read(task)?.truth;
         if expected != hash {
@@ -80,7 +53,7 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
             return Err(TaskError::OtherTruth { truth, task, found: hash, expected }.into());
         }
     }
-    let submission = Submission::read(&args.estimate, &sealed)?;
+    let submission = Submission::read(&args.estimate, &sealed, &hash)?;
     let results = Results::new(&sealed.scene, &sealed.scene_hash, submission.tables(&sealed, &args.truth)?);
     if args.json {
         stdout.write_all(results.to_json()?.as_bytes())?;
@@ -101,33 +74,6 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 }
 
 impl Submission {
-    fn read(folder: &Path, sealed: &Sealed) -> Result<Self, BenchError> {
-        let about = about(folder)?;
-        let numbers = sealed.numbers();
-        let part = |name: &str| Some(folder.join(name)).filter(|path| path.exists());
-        let mut trajectories = None;
-        if let Some(path) = part("trajectories") {
-            trajectories = Entry::open(&[path], &[], &numbers, &Progress::detect())?.pop();
-        }
-        let mut associations = None;
-        if let Some(path) = part("associations") {
-            associations = AssociationEntry::open(&[path], &[], &numbers)?.pop();
-        }
-        let mut maps = Vec::new();
-        if let Some(path) = part("maps") {
-            let read = |number: &Seed| Ok(ObjectMap::read(&path.join(format!("{}.csv", number.0)))?);
-            maps = numbers.iter().map(read).collect::<Result<_, ScoreError>>()?;
-            if maps.iter().all(Option::is_none) {
-                return Err(wrong(&path, "no map; expected 0.csv and so on").into());
-            }
-        }
-        if trajectories.is_none() && associations.is_none() && maps.is_empty() {
-            let told = "nothing to score; expected a folder `trajectories`, `associations` or `maps`";
-            return Err(wrong(folder, told).into());
-        }
-        Ok(Self { about, trajectories, associations, maps })
-    }
-
     fn tables(&self, sealed: &Sealed, truth: &Path) -> Result<Vec<Table>, BenchError> {
         let numbers = sealed.numbers();
         let (mut driven, mut associated, mut mapped, mut believed) = (vec![], vec![], vec![], vec![]);
@@ -143,15 +89,9 @@ impl Submission {
             }
             let answered = self.trajectories.as_ref().map(|entry| entry.run(number, &seen.timestamps));
             if let Some(answered) = &answered {
-                driven.push(
-                    self.run(
-                        number,
-                        answered
-                            .as_ref()
-                            .map_err(Clone::clone)
-                            .and_then(|poses| posed(&whole.truth.world_from_robot, poses)),
-                    ),
-                );
+                let own = answered.as_ref().map_err(Clone::clone);
+                let own = own.and_then(|poses| posed(&whole.truth.world_from_robot, poses));
+                driven.push(self.run(number, own));
                 let alone = dead_reckoning(&seen);
                 let scores = posed(&whole.truth.world_from_robot, &alone);
                 driven.push(Run { method: ODOMETRY.to_owned(), ..self.run(number, scores) });
@@ -162,15 +102,18 @@ impl Submission {
                 associated.push(self.run(number, told.map(|told| told_scores(&whole, &seen, &order, &told))));
             }
             if let Some(map) = self.maps.get(number.0 as usize) {
-                let first = answered.and_then(|poses| poses.ok()?.first().copied()).unwrap_or_default();
-                let scored = match map {
-                    Some(map) => {
-                        let (scores, beliefs) = of_map(&whole, map, &first);
-                        believed.push((number, beliefs));
-                        Ok(scores)
+                let frame = answered.unwrap_or_else(|| Ok(vec![Pose::identity()]));
+                let scored = match (map, frame) {
+                    (_, Err(reason)) => {
+                        Err(format!("its trajectory, whose frame it is in, failed: {reason}"))
                     }
-                    None => Err(format!("there is no {}.csv", number.0)),
+                    (None, Ok(_)) => Err(format!("there is no {}.csv", number.0)),
+                    (Some(map), Ok(poses)) => {
+                        Ok(of_map(&whole, map, &poses.first().copied().unwrap_or_default()))
+                    }
                 };
+                believed.push((number, scored.clone().map(|(_, beliefs)| beliefs)));
+                let scored = scored.map(|(scores, _)| scores);
                 mapped.push(self.run(number, scored));
             }
         }
@@ -194,7 +137,7 @@ impl Submission {
         if !mapped.is_empty() {
             tables.push(Table::new(OBJECT_MAP, &[name], None, &object_map::COLUMNS, &numbers, mapped)?);
         }
-        if believed.iter().any(|(_, beliefs)| !beliefs.is_empty()) {
+        if believed.iter().any(|(_, beliefs)| beliefs.as_ref().is_ok_and(|beliefs| !beliefs.is_empty())) {
             let runs = self.recalled(&believed);
             tables.push(Table::new(SEMANTICS, &[name], None, &semantics::COLUMNS, &numbers, runs)?);
         }
@@ -210,36 +153,18 @@ impl Submission {
     }
 
     /// Each episode's latents against those of all earlier ones.
-    fn recalled(&self, believed: &[(Seed, Vec<Belief>)]) -> Vec<Run> {
-        let of = |(i, (number, own)): (usize, &(Seed, Vec<Belief>))| {
-            let earlier: Vec<Belief> =
-                believed[..i].iter().flat_map(|(_, beliefs)| beliefs.clone()).collect();
-            let recall = class_recall(own, &earlier).map(|recall| (semantics::COLUMNS[0], recall));
-            self.run(*number, Ok(recall.into_iter().collect()))
+    fn recalled(&self, believed: &[Believed]) -> Vec<Run> {
+        let of = |(i, (number, own)): (usize, &Believed)| {
+            let earlier = believed[..i].iter().filter_map(|(_, beliefs)| beliefs.as_ref().ok()).flatten();
+            let earlier: Vec<Belief> = earlier.cloned().collect();
+            let recall = |own: &Vec<Belief>| {
+                let recall = class_recall(own, &earlier).map(|recall| (semantics::COLUMNS[0], recall));
+                recall.into_iter().collect()
+            };
+            self.run(*number, own.as_ref().map(recall).map_err(Clone::clone))
         };
         believed.iter().enumerate().map(of).collect()
     }
-}
-
-fn about(folder: &Path) -> Result<About, TaskError> {
-    let path = folder.join(SUBMISSION);
-    let bytes = match read_regular(&path, LARGEST_FILE) {
-        Ok(bytes) => bytes,
-        Err(source) => return Err(TaskError::Read { path, source }),
-    };
-    let about: About = serde_saphyr::from_slice(&bytes).map_err(|error| wrong(&path, &error.to_string()))?;
-    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
-    if about.name.is_empty() || about.name.len() > 100 || !about.name.chars().all(is_plain) {
-        return Err(wrong(&path, "name: expected letters, digits, '-', '_' and '.' alone"));
-    }
-    if reserved_names().contains(&about.name) {
-        return Err(wrong(&path, "name: a row of ours has it; choose another"));
-    }
-    Ok(about)
-}
-
-fn wrong(path: &Path, reason: &str) -> TaskError {
-    TaskError::Submission { path: PathBuf::from(path), reason: reason.to_owned() }
 }
 
 fn posed(truth: &[Pose], poses: &[Pose]) -> Result<Scores, String> {
