@@ -174,7 +174,7 @@ fn another_unit_is_told() {
     let paths = written(folder.path());
     let score_of = |unit: f64| {
         let text = fs::read_to_string(&paths[0]).unwrap();
-        let scaled = text.lines().map(|line| {
+        let scaled = text.lines().filter(|line| !line.starts_with('#')).map(|line| {
             let words = line.split(' ').enumerate().map(|(i, word)| match i {
                 1..4 => (unit * word.parse::<f64>().unwrap()).to_string(),
                 _ => word.to_owned(),
