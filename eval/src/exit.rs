@@ -7,6 +7,7 @@ use vantage_formats::trajectory::TrajectoryError;
 use vantage_learn::ModelError;
 use vantage_model::AnswerError;
 use vantage_sim::error::SimError;
+use vantage_sim::mesh_file::{MeshFault, MeshFileError};
 use vantage_sim::render::RenderError;
 use vantage_slam::EstimateError;
 
@@ -82,9 +83,19 @@ impl Ends for StoreError {
     }
 }
 
+impl Ends for MeshFileError {
+    fn exit(&self) -> Exit {
+        match &self.fault {
+            MeshFault::NotKept(error) => error.exit(),
+            _ => Exit::BadInput,
+        }
+    }
+}
+
 impl Ends for SimError {
     fn exit(&self) -> Exit {
         match self {
+            SimError::Mesh(error) => error.exit(),
             SimError::Render(error) => error.exit(),
             SimError::NonFinite { .. } => Exit::Bug,
             _ => Exit::BadInput,

@@ -16,5 +16,5 @@ pub fn read(name: &str, bytes: &[u8]) {
         symmetry: SymmetrySpec::None,
         split: None,
     };
-    let _ = MeshLibrary::load(&[spec], folder.path(), &mut |_| ());
+    let _ = MeshLibrary::load(&[spec], folder.path(), None, &mut |_| ());
 }

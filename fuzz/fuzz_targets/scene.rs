@@ -14,5 +14,5 @@ fuzz_target!(|text: &str| {
     // What a file names is not the fuzzer's to read.
     world.meshes.clear();
     world.fixtures.clear();
-    let _ = CheckedScene::new(SceneSpec { world, robot, sensors, views }, Path::new(""), &mut |_| ());
+    let _ = CheckedScene::new(SceneSpec { world, robot, sensors, views }, Path::new(""), None, &mut |_| ());
 });

@@ -69,15 +69,16 @@ fn set_with_models(arguments: &[String]) -> Result<RenderScene, Box<dyn Error>> 
         symmetry: SymmetrySpec::None,
         split: None,
     };
-    let library = MeshLibrary::load(&[spec], Path::new(""), &mut |_| ())?;
+    let library = MeshLibrary::load(&[spec], Path::new(""), None, &mut |_| ())?;
     let mut objects = Vec::new();
     for entry in library.iter() {
-        let model = &entry.object.model;
+        let object = entry.object()?;
+        let model = &object.model;
         model.simplify();
         let level = (0..=model.simpler_levels()).find(|&level| model.mesh_at(level).triangles.len() <= most);
         let mesh = model.mesh_at(level.ok_or("a model has no level of so few triangles")?).clone();
         let model = Arc::new(Model::new(mesh, model.texture.clone()));
-        objects.push(Object { model, ..entry.object.clone() });
+        objects.push(Object { model, ..object.clone() });
     }
     Ok(set_with(|i| objects[i % objects.len()].clone()))
 }

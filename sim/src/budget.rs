@@ -2,6 +2,7 @@
 
 use crate::checked::{CheckedScene, ViewConditions};
 use crate::error::SimError;
+use crate::object::Draw;
 use crate::plan::track::{TURN, Track};
 use crate::plan::{inside_and_outside, random_loop};
 use crate::scene::{PathSpec, SensorSpec};
@@ -10,6 +11,9 @@ use vantage_dataset::crop::CROP_BYTES;
 
 /// Most memory that one episode or one set of views may take, bytes.
 pub const MEMORY_LIMIT: u64 = 3_000_000_000;
+
+/// Most memory that the meshes of one world, or of instances that are made together, may take, bytes.
+pub const MESHES_LIMIT: u64 = 1_500_000_000;
 
 /// Longest drive that is simulated, seconds.
 pub const TIME_LIMIT: f64 = 7200.0;
@@ -46,6 +50,7 @@ pub fn check_episode(scene: &CheckedScene) -> Result<(), SimError> {
         .saturating_add(steps.saturating_mul(extras(scene.sensors())));
     refuse_above_limit(
         bytes,
+        MEMORY_LIMIT,
         "the episode",
         "robot.steps",
         "`world.objects`, `robot.steps`, landmarks, false detections or the camera's `width` and `height`",
@@ -86,11 +91,27 @@ fn images(scene: &CheckedScene) -> u64 {
     }
 }
 
+/// Refuses meshes that would not fit into memory together: those of a world, or those whose views are made together.
+pub fn check_meshes(draws: &[Draw<'_>]) -> Result<(), SimError> {
+    let bytes = draws.iter().map(|draw| match draw {
+        Draw::Family(_) => OBJECT_BYTES,
+        Draw::Mesh(mesh) => mesh.bytes,
+    });
+    refuse_above_limit(
+        bytes.fold(0, u64::saturating_add),
+        MESHES_LIMIT,
+        "the meshes that are drawn together",
+        "world.meshes",
+        "`world.objects`, or the triangles of `world.meshes`",
+    )
+}
+
 /// Refuses a set of views that would not fit into memory.
 pub fn check_views(conditions: &ViewConditions, instances: usize) -> Result<(), SimError> {
     let views = (instances as u64).saturating_mul(u64::from(conditions.views.views_per_instance));
     refuse_above_limit(
         views.saturating_mul(VIEW_BYTES),
+        MEMORY_LIMIT,
         "the set of views",
         "views.views_per_instance",
         "the instances or `views.views_per_instance`",
@@ -99,12 +120,13 @@ pub fn check_views(conditions: &ViewConditions, instances: usize) -> Result<(), 
 
 fn refuse_above_limit(
     bytes: u64,
+    limit: u64,
     what: &'static str,
     field: &'static str,
     remedy: &'static str,
 ) -> Result<(), SimError> {
-    if bytes > MEMORY_LIMIT {
-        return Err(SimError::TooLarge { what, bytes, limit: MEMORY_LIMIT, field, remedy });
+    if bytes > limit {
+        return Err(SimError::TooLarge { what, bytes, limit, field, remedy });
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Why a simulation cannot be made.
 
+use crate::mesh_file::MeshFileError;
 use crate::render::RenderError;
 use vantage_dataset::Split;
 
@@ -143,6 +144,9 @@ pub enum SimError {
         /// The limit, seconds.
         limit: f64,
     },
+    /// A mesh can no longer be used.
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
     /// The renderer failed.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -162,7 +166,7 @@ pub struct Progress {
 /// A stage of the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Meshes are read; counted in mesh files.
+    /// Meshes are looked at, and prepared where they were not; counted in mesh files.
     Meshes,
     /// Furniture is read; counted in mesh files.
     Fixtures,

@@ -28,7 +28,8 @@ fn they_were_trained_as_every_scene_says() {
     for path in scenes() {
         let file: SceneFile = scene_file::read(&path).unwrap();
         let Some(Manifest { training, .. }) = manifest(&path, &file) else { continue };
-        let mut conditions = file.checked(&path, &Progress::detect()).unwrap().view_conditions();
+        let mut conditions =
+            file.checked(&path, Path::new(""), &Progress::detect()).unwrap().view_conditions();
         if file.name == "sparse_loop_noisy" {
             assert!(conditions.camera.image.take().is_some() && conditions.detector.faults.take().is_some());
         }

@@ -106,7 +106,7 @@ impl Pipeline {
         if file.evaluation.episodes.is_some() && (file.robot.path.stations() || !file.vary.is_empty()) {
             return Err(StageError::NotRecordable);
         }
-        let scene = file.checked(path, &progress)?;
+        let scene = file.checked(path, cache, &progress)?;
         let Opened { renderer, notice } = open(choice)?;
         if let Some(notice) = notice {
             progress.note(&notice);

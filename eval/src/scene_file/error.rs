@@ -1,7 +1,7 @@
 //! Why a scene file, or a study, is refused.
 
 use super::MAX_BYTES;
-use crate::exit::Ends;
+use crate::exit::{Ends, Exit};
 use std::path::PathBuf;
 use thiserror::Error;
 use vantage_sim::checked::SceneError;
@@ -52,4 +52,11 @@ pub enum SceneFileError {
     },
 }
 
-impl Ends for SceneFileError {}
+impl Ends for SceneFileError {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Rules { source: SceneError::Mesh(error), .. } => error.exit(),
+            _ => Exit::BadInput,
+        }
+    }
+}

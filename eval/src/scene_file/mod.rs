@@ -20,6 +20,7 @@ pub use kind::FileKind;
 pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 
+use crate::pipeline::SIMULATED;
 use crate::progress::{Progress, Stage};
 use estimator::EstimatorSpec;
 use garde::Validate;
@@ -37,6 +38,9 @@ use vary::Axis;
 
 /// A scene file is no larger than this, bytes.
 pub const MAX_BYTES: u64 = 256 * 1024;
+
+/// The folder of prepared meshes in the cache.
+const MESHES: &str = "meshes";
 
 /// Version of the scene format.
 pub const VERSION: u32 = 1;
@@ -82,9 +86,15 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// The simulated part of the scene that was read from `path`, with the meshes it names. A scene file that was
-    /// read has passed the simulator's rules, but for those on what stands where. Tells of fields that vary: they do not here.
-    pub fn checked(&self, path: &Path, progress: &Progress) -> Result<CheckedScene, SceneFileError> {
+    /// The simulated part of the scene that was read from `path`, with the meshes it names, which are prepared in the folder
+    /// `cache` that commands keep finished stages in. A scene file that was read has passed the simulator's rules, but for those
+    /// on what stands where. Tells of fields that vary: they do not here.
+    pub fn checked(
+        &self,
+        path: &Path,
+        cache: &Path,
+        progress: &Progress,
+    ) -> Result<CheckedScene, SceneFileError> {
         if !self.vary.is_empty() {
             let fields: Vec<&str> = self.vary.iter().map(|axis| axis.field.as_str()).collect();
             let fields = fields.join(" and ");
@@ -97,7 +107,9 @@ impl SceneFile {
             views: self.views.clone(),
         };
         let folder = path.parent().unwrap_or(Path::new(""));
-        CheckedScene::new(spec, folder, &mut reading(progress)).map_err(|error| match error {
+        // What other code prepared is not taken.
+        let shelf = cache.join(MESHES).join(SIMULATED);
+        CheckedScene::new(spec, folder, Some(&shelf), &mut reading(progress)).map_err(|error| match error {
             SceneError::Placement(misplaced) => {
                 let message = place::locate(&misplaced, path);
                 SceneFileError::Invalid { path: path.to_owned(), message }

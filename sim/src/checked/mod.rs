@@ -63,12 +63,17 @@ pub enum SceneError {
 }
 
 impl CheckedScene {
-    /// Checks every rule, those between parts included; the report lists all violations. Then reads the meshes, whose
-    /// paths are relative to `base`, the scene file's folder, and finds out whether all that is put into the room can stand
-    /// there.
-    pub fn new(spec: SceneSpec, base: &Path, progress: &mut dyn FnMut(Progress)) -> Result<Self, SceneError> {
+    /// Checks every rule, those between parts included; the report lists all violations. Then looks at the meshes, whose
+    /// paths are relative to `base`, the scene file's folder, and which are prepared in the folder `shelf` as
+    /// [`MeshLibrary::load`] says; and finds out whether all that is put into the room can stand there.
+    pub fn new(
+        spec: SceneSpec,
+        base: &Path,
+        shelf: Option<&Path>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Self, SceneError> {
         spec.validate()?;
-        let meshes = MeshLibrary::load(&spec.world.meshes, base, progress)?;
+        let meshes = MeshLibrary::load(&spec.world.meshes, base, shelf, progress)?;
         let total = spec.world.fixtures.len() as u64;
         let mut fixtures = Vec::new();
         for fixture in &spec.world.fixtures {

@@ -93,7 +93,7 @@ fn too_many(world: &WorldSpec, robot: &RobotSpec, meshes: &MeshLibrary) -> Optio
         return None;
     }
     let families = (!world.families.is_empty()).then_some(LEAST_FOOTPRINT);
-    let smallest = meshes.iter().map(|mesh| mesh.object.footprint()).chain(families).reduce(f64::min)?;
+    let smallest = meshes.iter().map(|mesh| mesh.footprint()).chain(families).reduce(f64::min)?;
     // Discs that reach half the spacing beyond the objects do not meet, nor leave their stand by more than that.
     let margin = world.spacing / 2.0;
     let disc = Outline::Disc { radius: smallest + margin }.area();

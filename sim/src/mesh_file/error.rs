@@ -1,6 +1,7 @@
 //! Why a mesh file is refused.
 
 use std::path::PathBuf;
+use vantage_dataset::store::StoreError;
 
 /// A mesh file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -34,11 +35,6 @@ pub enum MeshFault {
     /// More than a renderer can take.
     #[error("got {got} {what}, at most {limit} are read; simplify the mesh")]
     TooMany { what: &'static str, got: usize, limit: usize },
-    /// All meshes of a scene together.
-    #[error(
-        "with this one the scene's meshes take {bytes} bytes of memory, at most {limit} are held; use fewer"
-    )]
-    SceneTooLarge { bytes: usize, limit: usize },
     /// It names a file that is not there.
     #[error("names the file `{name}`, which cannot be read: {source}; put it beside the mesh")]
     MissingFile {
@@ -103,4 +99,10 @@ pub enum MeshFault {
     /// The same contents twice: it would belong to two splits.
     #[error("is the same mesh as {}; list it once", .0.display())]
     Twice(PathBuf),
+    /// It is no longer what the scene was checked with.
+    #[error("has changed since the scene was read; start again")]
+    Changed,
+    /// Its prepared form has no place.
+    #[error("what was prepared of it cannot be kept: {0}")]
+    NotKept(StoreError),
 }

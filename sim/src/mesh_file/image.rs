@@ -1,20 +1,29 @@
 //! Images of untrusted size.
 
 use super::MeshFault;
+use super::files::Files;
 use image::{ImageFormat, ImageReader, Limits, RgbImage};
-use std::io::Cursor;
+use std::io::{self, Cursor};
 use vantage_dataset::jpeg;
 
 /// Greatest width and height of an image, pixels.
 const MAX_SIDE: u32 = 8192;
 /// Most memory that decoding an image may take, bytes.
 const MAX_DECODED_BYTES: u64 = 512 << 20;
+/// Of a usual image, bytes.
+const PIXEL_BYTES: u64 = 4;
 
 /// Decodes a PNG or JPEG; transparency is dropped.
-pub(crate) fn decode(bytes: &[u8], name: &str) -> Result<RgbImage, MeshFault> {
+pub(crate) fn decode(files: &mut Files<'_>, bytes: &[u8], name: &str) -> Result<RgbImage, MeshFault> {
     let invalid = |reason: String| MeshFault::Image { name: name.to_owned(), reason };
-    let mut reader =
-        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| invalid(e.to_string()))?;
+    let reader = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    // What cannot be decoded has no size.
+    if let Ok((width, height)) =
+        reader().and_then(|reader| reader.into_dimensions().map_err(io::Error::other))
+    {
+        files.expect(PIXEL_BYTES * u64::from(width.min(MAX_SIDE)) * u64::from(height.min(MAX_SIDE)));
+    }
+    let mut reader = reader().map_err(|e| invalid(e.to_string()))?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
         return Err(invalid("expected PNG or JPEG".to_owned()));
     }

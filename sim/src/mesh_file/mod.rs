@@ -11,13 +11,14 @@ mod atlas;
 mod bake;
 mod color;
 mod error;
-mod files;
+pub(crate) mod files;
 pub(crate) mod find;
 mod gltf;
 mod image;
 mod obj;
 mod soup;
 mod surface;
+mod turn;
 
 pub use error::{MeshFault, MeshFileError};
 
@@ -60,6 +61,8 @@ pub(crate) struct Loaded {
     pub model: Model,
     /// Hash of the contents of all files that it was read from.
     pub hash: blake3::Hash,
+    /// The files that the mesh file names, in the order in which they were read.
+    pub names: Vec<String>,
 }
 
 /// Reads a mesh with all it names.
@@ -71,7 +74,8 @@ pub(crate) fn load(source: &Source, units: Units) -> Result<Loaded, MeshFileErro
     let refused = |fault| files.error(fault);
     let mut facets = surface::surface(&soup, units).map_err(refused)?;
     let texture = bake::bake(&mut facets, &soup.materials, &soup.images).map_err(refused)?;
-    Ok(Loaded { model: Model::new(indexed(&facets), texture), hash: files.hash() })
+    let model = Model::new(indexed(&facets), texture);
+    Ok(Loaded { model, hash: files.hash(), names: files.names() })
 }
 
 /// The mesh whose vertices are the corners that differ.

@@ -129,7 +129,7 @@ fn looks(files: &mut Files<'_>, materials: &[tobj::Material]) -> Result<Soup, Me
             Some(name) => {
                 if !known.contains_key(name) {
                     let bytes = files.read(name)?;
-                    let added = decode(&bytes, name).and_then(|image| soup.add_image(image));
+                    let added = decode(files, &bytes, name).and_then(|image| soup.add_image(image));
                     known.insert(name.clone(), added.map_err(|fault| files.error(fault))?);
                 }
                 look.image = Some(known[name]);

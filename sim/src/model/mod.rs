@@ -6,7 +6,7 @@ mod simpler;
 use crate::mesh::Mesh;
 use crate::texture::Texture;
 pub(crate) use hull::Hull;
-use simpler::Simpler;
+pub(crate) use simpler::Simpler;
 use std::sync::OnceLock;
 
 /// Meshes of files have more triangles than this, and levels of detail save what they cost however seldom they are drawn.
@@ -28,6 +28,13 @@ impl Model {
     /// A mesh and the texture that its coordinates refer to.
     pub fn new(mesh: Mesh, texture: Texture) -> Self {
         Self { hull: Hull::around(&mesh.positions), mesh, texture, simpler: OnceLock::new() }
+    }
+
+    /// A model with the levels of detail that [`Model::own_levels`] told.
+    pub(crate) fn with_levels(mesh: Mesh, texture: Texture, levels: Vec<Simpler>) -> Self {
+        let model = Self::new(mesh, texture);
+        // Of a small mesh none were made, which does not mean that there are none.
+        if model.is_fine() { Self { simpler: levels.into(), ..model } } else { model }
     }
 
     /// Makes levels of detail even of a small mesh: of use to a model that is drawn hundreds of times, before it is drawn first.
@@ -57,10 +64,17 @@ impl Model {
         &self.hull
     }
 
+    /// The levels of detail that it has without [`Model::simplify`], coarser from one to the next.
+    pub(crate) fn own_levels(&self) -> &[Simpler] {
+        if self.is_fine() { self.simpler() } else { &[] }
+    }
+
     fn simpler(&self) -> &[Simpler] {
-        self.simpler.get_or_init(|| {
-            if self.mesh.triangles.len() < MANY_TRIANGLES { Vec::new() } else { simpler::all(&self.mesh) }
-        })
+        self.simpler.get_or_init(|| if self.is_fine() { simpler::all(&self.mesh) } else { Vec::new() })
+    }
+
+    fn is_fine(&self) -> bool {
+        self.mesh.triangles.len() >= MANY_TRIANGLES
     }
 }
 

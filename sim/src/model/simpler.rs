@@ -21,7 +21,7 @@ const WEIGHTS: [f32; 5] = [0.05, 0.05, 0.05, 0.5, 0.5];
 
 /// A level of detail.
 #[derive(Clone, Debug)]
-pub(super) struct Simpler {
+pub(crate) struct Simpler {
     pub mesh: Mesh,
     /// From the mesh itself, metres.
     pub deviation: f64,

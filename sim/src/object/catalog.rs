@@ -1,6 +1,7 @@
 //! What the objects of a world, or the instances of a split, are drawn from.
 
 use super::{MeshEntry, MeshLibrary, Object};
+use crate::mesh_file::MeshFileError;
 use crate::scene::Family;
 use std::collections::VecDeque;
 use vantage_dataset::{Seed, Split};
@@ -106,10 +107,13 @@ fn take_turns<'a>(mut kinds: Vec<Kind<'a>>, first: usize, count: usize) -> Vec<D
 
 impl Draw<'_> {
     /// The object; of a family, instance `index` of the split and seed.
-    pub fn object(self, split: Split, seed: Seed, index: u64) -> Object {
+    ///
+    /// # Errors
+    /// Those of [`MeshEntry::object`].
+    pub fn object(self, split: Split, seed: Seed, index: u64) -> Result<Object, MeshFileError> {
         match self {
-            Draw::Family(family) => Object::generate(family, split, seed, index),
-            Draw::Mesh(mesh) => mesh.object.clone(),
+            Draw::Family(family) => Ok(Object::generate(family, split, seed, index)),
+            Draw::Mesh(mesh) => mesh.object(),
         }
     }
 }

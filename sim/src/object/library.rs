@@ -1,22 +1,24 @@
 //! The meshes that a scene names.
 
 use super::Object;
+use super::prepared::Prepared;
+use super::shelf::Shelved;
 use crate::error::{Progress, Stage};
 use crate::mesh_file::find::{self, Source};
-use crate::mesh_file::{self, Loaded, MeshFault, MeshFileError, Units};
+use crate::mesh_file::{MeshFault, MeshFileError, Units};
 use crate::scene::{MeshSpec, UpAxis};
-use rayon::prelude::*;
+use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
+use std::thread;
 use vantage_dataset::{InstanceId, Split, Symmetry};
 
-/// Most memory that the meshes of a scene may take, bytes.
-const MAX_BYTES: usize = 1_500_000_000;
-/// Meshes read at a time; of a hostile one the images may take half a gigabyte.
-const BATCH: usize = 4;
-
 /// All meshes of a scene, each an object, in the order in which the scene names them.
+///
+/// It holds what there is to know of each; the object itself is read where it is asked for, and dropped after use.
 ///
 /// It is serialized as what decides how the objects look, file contents included: as part of a key.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,15 +43,44 @@ pub struct MeshEntry {
     pub up: UpAxis,
     /// Turns about z that leave its look unchanged.
     pub symmetry: Symmetry,
+    /// What detections of it are labelled with: the first 8 bytes of the hash.
+    #[serde(skip)]
+    pub id: InstanceId,
+    /// Half its extents along x, y, z, metres.
+    #[serde(skip)]
+    pub half_extents: Vector3<f64>,
+    /// Memory that the object takes, bytes.
+    #[serde(skip)]
+    pub bytes: u64,
+    #[serde(skip)]
+    shelved: Shelved,
+}
+
+impl MeshEntry {
+    /// The object, read anew each time.
+    ///
+    /// # Errors
+    /// [`MeshFault::Changed`] where the files are not those that the library was made of, and those of
+    /// [`MeshLibrary::load`].
+    pub fn object(&self) -> Result<Object, MeshFileError> {
+        let Prepared { model, shape, .. } = self.shelved.fetch(&self.hash)?;
+        Ok(Object::from_mesh(self.id, self.category.clone(), self.symmetry, shape, model))
+    }
+
     /// The mesh file.
-    #[serde(skip)]
-    pub file: PathBuf,
+    pub fn file(&self) -> &Path {
+        &self.shelved.source().file
+    }
+
     /// A licence file that lies beside it.
-    #[serde(skip)]
-    pub licence: Option<PathBuf>,
-    /// The object.
-    #[serde(skip)]
-    pub object: Object,
+    pub fn licence(&self) -> Option<&Path> {
+        self.shelved.source().licence.as_deref()
+    }
+
+    /// Radius of the circle around its footprint where it stands upright, metres.
+    pub fn footprint(&self) -> f64 {
+        libm::hypot(self.half_extents.x, self.half_extents.y)
+    }
 }
 
 impl PartialEq for MeshEntry {
@@ -69,38 +100,30 @@ impl Serialize for MeshLibrary {
 }
 
 impl MeshLibrary {
-    /// Reads all meshes; paths are relative to the folder `base`.
+    /// Looks at all meshes; paths are relative to the folder `base`.
+    ///
+    /// A mesh is prepared once, as many at a time as there are threads, and kept in the folder `shelf`, which is made if need
+    /// be. It holds meshes as this code prepares them: other code needs another folder. Without one, nothing is kept, and
+    /// each object is prepared whenever it is asked for.
+    ///
+    /// # Errors
+    /// Of the first mesh that cannot be used, or whose prepared form cannot be written; and of one that is there twice.
     pub fn load(
         specs: &[MeshSpec],
         base: &Path,
+        shelf: Option<&Path>,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Self, MeshFileError> {
         let mut wanted = Vec::new();
         for spec in specs {
             wanted.extend(find::find(&base.join(&spec.path))?.into_iter().map(|source| (spec, source)));
         }
-        let total = wanted.len() as u64;
-        let mut tell = |done: usize| progress(Progress { stage: Stage::Meshes, done: done as u64, total });
-        if total > 0 {
-            tell(0);
-        }
-        let mut meshes: Vec<MeshEntry> = Vec::with_capacity(wanted.len());
-        let mut taken = 0;
-        for batch in wanted.chunks(BATCH) {
-            let loaded: Vec<Result<MeshEntry, MeshFileError>> =
-                batch.par_iter().map(|(spec, source)| entry(spec, source)).collect();
-            for (mesh, (_, source)) in loaded.into_iter().zip(batch) {
-                let mesh = mesh?;
-                taken += bytes(&mesh.object);
-                if taken > MAX_BYTES {
-                    return Err(source.error(MeshFault::SceneTooLarge { bytes: taken, limit: MAX_BYTES }));
-                }
-                if let Some(twin) = meshes.iter().find(|other| other.hash == mesh.hash) {
-                    return Err(source.error(MeshFault::Twice(twin.file.clone())));
-                }
-                meshes.push(mesh);
+        let meshes = entries(&wanted, shelf, progress)?;
+        let mut known: HashMap<&str, &MeshEntry> = HashMap::new();
+        for (mesh, (_, source)) in meshes.iter().zip(&wanted) {
+            if let Some(twin) = known.insert(&mesh.hash, mesh) {
+                return Err(source.error(MeshFault::Twice(twin.file().to_owned())));
             }
-            tell(meshes.len());
         }
         Ok(Self { meshes: meshes.into() })
     }
@@ -116,27 +139,68 @@ impl MeshLibrary {
     }
 }
 
-fn entry(spec: &MeshSpec, source: &Source) -> Result<MeshEntry, MeshFileError> {
+/// The meshes in their order, or the error of the first that has one.
+fn entries(
+    wanted: &[(&MeshSpec, Source)],
+    shelf: Option<&Path>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Vec<MeshEntry>, MeshFileError> {
+    let total = wanted.len() as u64;
+    let mut tell = |done| progress(Progress { stage: Stage::Meshes, done, total });
+    if total > 0 {
+        tell(0);
+    }
+    let next = AtomicUsize::new(0);
+    let mut looked: Vec<(usize, Result<MeshEntry, MeshFileError>)> = Vec::with_capacity(wanted.len());
+    // Threads of their own may wait, for memory or for another process, where those of a pool would take up other work.
+    thread::scope(|scope| {
+        let (done, all_done) = mpsc::channel();
+        for _ in 0..rayon::current_num_threads().min(wanted.len()) {
+            let (done, next) = (done.clone(), &next);
+            scope.spawn(move || {
+                while let Some((index, (spec, source))) = take_turn(next, wanted) {
+                    let entry = entry(spec, source, shelf);
+                    if entry.is_err() {
+                        // Those before it have been taken up, so that the first error is the same in each run.
+                        next.store(wanted.len(), Ordering::Relaxed);
+                    }
+                    if done.send((index, entry)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(done);
+        for one in all_done {
+            looked.push(one);
+            tell(looked.len() as u64);
+        }
+    });
+    looked.sort_by_key(|(index, _)| *index);
+    looked.into_iter().map(|(_, entry)| entry).collect()
+}
+
+/// The next of them that nobody has taken, with its index.
+fn take_turn<'a, T>(next: &AtomicUsize, all: &'a [T]) -> Option<(usize, &'a T)> {
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    all.get(index).map(|one| (index, one))
+}
+
+fn entry(spec: &MeshSpec, source: &Source, shelf: Option<&Path>) -> Result<MeshEntry, MeshFileError> {
     let units = Units { metres_per_unit: spec.metres_per_unit, up: spec.up };
-    let Loaded { model, hash } = mesh_file::load(source, units)?;
-    let mut id = [0; 8];
-    id.copy_from_slice(&hash.as_bytes()[..8]);
-    let category = spec.category.clone().unwrap_or_else(|| source.name.clone());
-    let id = InstanceId(u64::from_le_bytes(id));
-    let symmetry = spec.symmetry.into();
-    let object = Object::from_mesh(id, category.clone(), symmetry, model)
-        .ok_or_else(|| source.error(MeshFault::NoVolume))?;
+    let (shelved, facts) = Shelved::look_at(source, units, shelf)?;
     Ok(MeshEntry {
         name: source.name.clone(),
-        category,
+        category: spec.category.clone().unwrap_or_else(|| source.name.clone()),
         split: spec.split.unwrap_or_else(|| split_of(&source.name)),
-        hash: hash.to_hex().to_string(),
+        id: facts.id,
+        half_extents: facts.half_extents.into(),
+        bytes: facts.bytes(),
+        hash: facts.hash,
         metres_per_unit: spec.metres_per_unit,
         up: spec.up,
-        symmetry,
-        file: source.file.clone(),
-        licence: source.licence.clone(),
-        object,
+        symmetry: spec.symmetry.into(),
+        shelved,
     })
 }
 
@@ -149,12 +213,6 @@ fn split_of(name: &str) -> Split {
         3 => Split::Validation,
         _ => Split::Test,
     }
-}
-
-fn bytes(object: &Object) -> usize {
-    let mesh = &object.model.mesh;
-    let texels = object.model.texture.texels().len();
-    32 * mesh.positions.len() + 12 * mesh.triangles.len() + 4 * texels
 }
 
 #[cfg(test)]

@@ -11,6 +11,9 @@ mod fixture;
 mod hull;
 mod library;
 mod paint;
+mod prepared;
+mod shape;
+mod shelf;
 mod solid;
 mod tint;
 mod turns;
@@ -26,18 +29,12 @@ use crate::scene::Family;
 use crate::texture::Texture;
 use family::Draft;
 use nalgebra::Vector3;
-use rapier3d::prelude::{SharedShape, Vector};
+use shape::Shape;
 use std::sync::Arc;
 use vantage_dataset::{InstanceId, Seed, Split, Symmetry};
 
-/// Mass of a mesh from a file over the volume of its convex hull, kg/m^3: of things that are partly hollow.
-const MESH_DENSITY: f64 = 400.0;
-
 /// No instance of a family has a circle about its footprint of a smaller radius, metres: the narrowest vase has one of 0.024.
 pub const LEAST_FOOTPRINT: f64 = 0.02;
-
-/// The least share of its bounding box that a convex hull fills.
-const LEAST_FILLING: f64 = 1e-3;
 
 /// An object instance.
 #[derive(Clone, Debug)]
@@ -92,25 +89,11 @@ impl Object {
         libm::hypot(self.half_extents[0], self.half_extents[1])
     }
 
-    /// The object that a mesh is; `None` if its hull has no volume.
-    fn from_mesh(id: InstanceId, category: String, symmetry: Symmetry, model: Model) -> Option<Self> {
-        let mesh = &model.mesh;
-        let hull = hull::hull(&mesh.positions);
-        let points: Vec<Vector> = hull.iter().map(|&p| Vector::from(p)).collect();
-        let volume = f64::from(SharedShape::convex_hull(&points)?.mass_properties(1.0).mass());
-        let (size, half_extents) = (mesh.diameter(), model.hull().half_extents);
-        let box_volume = 8.0 * half_extents.product();
-        (volume > LEAST_FILLING * box_volume).then(|| Self {
-            id,
-            original: id,
-            family: category,
-            symmetry,
-            size,
-            half_extents,
-            hull,
-            mass: MESH_DENSITY * volume,
-            model: Arc::new(model),
-        })
+    /// The object that a mesh is.
+    fn from_mesh(id: InstanceId, category: String, symmetry: Symmetry, shape: Shape, model: Model) -> Self {
+        let Shape { size, half_extents, hull, mass } = shape;
+        let model = Arc::new(model);
+        Self { id, original: id, family: category, model, symmetry, size, half_extents, hull, mass }
     }
 }
 
@@ -123,7 +106,12 @@ fn identity(family: &str, mesh: &Mesh, texture: &Texture) -> InstanceId {
     hasher.update(bytemuck::cast_slice(&mesh.uvs));
     hasher.update(bytemuck::cast_slice(&mesh.triangles));
     hasher.update(bytemuck::cast_slice(texture.level(0)));
+    first_bytes(&hasher.finalize())
+}
+
+/// The first 8 bytes of a hash.
+fn first_bytes(hash: &blake3::Hash) -> InstanceId {
     let mut bytes = [0; 8];
-    bytes.copy_from_slice(&hasher.finalize().as_bytes()[..8]);
+    bytes.copy_from_slice(&hash.as_bytes()[..8]);
     InstanceId(u64::from_le_bytes(bytes))
 }

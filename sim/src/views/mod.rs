@@ -12,6 +12,7 @@ mod tour;
 use crate::budget;
 use crate::checked::ViewConditions;
 use crate::error::{Progress, SimError, Stage};
+use crate::mesh_file::MeshFileError;
 use crate::object::{Catalog, Draw, Object};
 use crate::render::{Renderer, Shot, Tile, TileShot};
 use crate::scene::ViewsSpec;
@@ -55,7 +56,8 @@ pub fn training_views(
     let seed = seed.child(split.name(), 0);
     let mut set = ViewSet { split, instances: Vec::with_capacity(instances), views: Vec::new() };
     for (start, draws) in (0..instances).step_by(CHUNK).zip(draws.chunks(CHUNK)) {
-        let chunk = Chunk::new(conditions, split, draws, start, seed);
+        budget::check_meshes(draws)?;
+        let chunk = Chunk::new(conditions, split, draws, start, seed)?;
         let wanted = CHUNK.min(instances - start);
         set.instances.extend(chunk.objects[..wanted].iter().map(|object| InstanceRecord {
             id: object.id,
@@ -102,13 +104,13 @@ impl<'a> Chunk<'a> {
         draws: &[Draw<'_>],
         start: usize,
         seed: Seed,
-    ) -> Self {
-        let objects = draws
+    ) -> Result<Self, SimError> {
+        let objects: Result<Vec<Object>, MeshFileError> = draws
             .par_iter()
             .enumerate()
             .map(|(i, draw)| draw.object(split, seed, (start + i) as u64))
             .collect();
-        Self { conditions, camera: conditions.camera.intrinsics(), start, seed, objects }
+        Ok(Self { conditions, camera: conditions.camera.intrinsics(), start, seed, objects: objects? })
     }
 
     /// The views of the first `wanted` instances, ordered by instance, then number of the view.

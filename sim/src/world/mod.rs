@@ -115,9 +115,11 @@ fn draw_objects(scene: &CheckedScene, split: Split, seed: Seed) -> Result<Vec<Ob
         let got = drawn.len();
         return Err(SimError::TooFewMeshes { field: "world.objects", wanted: different, got, split });
     }
+    budget::check_meshes(&drawn)?;
     let object_seed = seed.child("objects", 0);
     let objects = drawn.into_par_iter().enumerate();
-    let objects: Vec<Object> = objects.map(|(i, draw)| draw.object(split, object_seed, i as u64)).collect();
+    let objects: Vec<Object> =
+        objects.map(|(i, draw)| draw.object(split, object_seed, i as u64)).collect::<Result<_, _>>()?;
     let Some(tint) = spec.look_alike else { return Ok(objects) };
     let copies = (0..wanted)
         .flat_map(|i| objects.first().map(|one| one.tinted(tint, &mut seed.stream("look alike", i as u64))));

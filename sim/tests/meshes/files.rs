@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use vantage_sim::mesh_file::MeshFileError;
-use vantage_sim::object::{MeshEntry, MeshLibrary};
+use vantage_sim::object::{MeshEntry, MeshLibrary, Object};
 use vantage_sim::scene::UpAxis;
 use vantage_sim::scene::{MeshSpec, SymmetrySpec};
 
@@ -77,12 +77,39 @@ pub fn spec(path: impl Into<PathBuf>) -> MeshSpec {
 }
 
 pub fn load_all(path: impl Into<PathBuf>) -> Result<MeshLibrary, MeshFileError> {
-    MeshLibrary::load(&[spec(path)], Path::new(""), &mut |_| ())
+    MeshLibrary::load(&[spec(path)], Path::new(""), None, &mut |_| ())
 }
 
 /// The only mesh.
 pub fn load(path: impl Into<PathBuf>) -> MeshEntry {
     load_all(path).unwrap().iter().next().unwrap().clone()
+}
+
+/// Asserts that two objects are equal to the bit, levels of detail included.
+pub fn assert_same(a: &Object, b: &Object) {
+    let bits = |object: &Object| {
+        let model = &object.model;
+        let meshes = (0..=model.simpler_levels()).map(|level| model.mesh_at(level));
+        let numbers = meshes.flat_map(|mesh| {
+            let floats =
+                [mesh.positions.as_flattened(), mesh.normals.as_flattened(), mesh.uvs.as_flattened()];
+            let floats = floats.into_iter().flatten().map(|x| x.to_bits());
+            floats.chain(mesh.triangles.as_flattened().iter().copied()).collect::<Vec<u32>>()
+        });
+        let [x, y, z] = object.half_extents.into();
+        let shape = [object.size, object.mass, x, y, z].map(f64::to_bits);
+        (
+            numbers.collect::<Vec<u32>>(),
+            shape,
+            object.hull.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>(),
+        )
+    };
+    assert_eq!(a.id, b.id);
+    assert!(bits(a) == bits(b), "{} has changed", a.family);
+    assert_eq!(a.model.texture, b.model.texture);
+    let levels = |object: &Object| [1e-4, 1e-3, 1e-2].map(|deviation| object.model.level(deviation));
+    assert_eq!(levels(a), levels(b));
+    assert_eq!((&a.family, a.original, a.symmetry), (&b.family, b.original, b.symmetry));
 }
 
 /// A buffer as a data URI.

@@ -33,9 +33,10 @@ fn reading_many_meshes_tells_how_far_it_is() {
         write(folder.path(), &format!("{name}.obj"), &plain(name));
     }
     let mut told = Vec::new();
-    MeshLibrary::load(&[spec(folder.path())], Path::new(""), &mut |progress| told.push(progress)).unwrap();
+    MeshLibrary::load(&[spec(folder.path())], Path::new(""), None, &mut |progress| told.push(progress))
+        .unwrap();
     let progress = |done| Progress { stage: Stage::Meshes, done, total: 5 };
-    assert_eq!(told, [progress(0), progress(4), progress(5)]);
+    assert!(told.into_iter().eq((0..=5).map(progress)));
 }
 
 #[test]
@@ -56,7 +57,7 @@ fn a_folder_of_models_of_any_layout_gives_each_by_its_name() {
     write(folder, "024_bowl/LICENCE", "CC0");
     let library = load_all(folder).unwrap();
     assert_eq!(names(&library), ["011_banana", "024_bowl", "025_mug", "Frypan", "flat", "a", "b"]);
-    let licences: Vec<_> = library.iter().map(|mesh| mesh.licence.clone().unwrap()).collect();
+    let licences: Vec<_> = library.iter().map(|mesh| mesh.licence().unwrap().to_owned()).collect();
     assert_eq!(licences[1], folder.join("024_bowl/LICENCE"));
     assert!(licences.iter().enumerate().all(|(i, licence)| i == 1 || *licence == folder.join("LICENSE.txt")));
     assert!(library.iter().all(|mesh| mesh.category == mesh.name));
@@ -77,7 +78,7 @@ fn a_folder_of_models_of_any_layout_gives_each_by_its_name() {
 fn a_scanned_object_finds_its_texture() {
     let folder = tempfile::tempdir().unwrap();
     scanned(folder.path());
-    let texture = |path: &Path| load(path).object.model.texture.clone();
+    let texture = |path: &Path| load(path).object().unwrap().model.texture.clone();
     let cube = cube_folder();
     flag(16).save(cube.path().join("flag.png")).unwrap();
     assert_eq!(texture(folder.path()), texture(&cube.path().join("cube.obj")));

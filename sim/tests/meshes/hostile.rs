@@ -158,7 +158,7 @@ fn normals_that_are_none_are_made_anew() {
             ["/1", "/2", "/3", "/4"].iter().fold(faces, |text, uv| text.replace(uv, &format!("{uv}/1")));
         let normal = format!("vn {number} {number} {number}\n");
         let mesh = load(write(folder.path(), "bad.obj", &(obj_vertices() + &normal + &faces)));
-        let normals = &mesh.object.model.mesh.normals;
+        let normals = &mesh.object().unwrap().model.mesh.normals;
         assert_eq!(normals.len(), 24, "{number}");
         assert!(
             normals.iter().all(|n| n.iter().filter(|x| x.abs() == 1.0).count() == 1),
@@ -171,10 +171,11 @@ fn normals_that_are_none_are_made_anew() {
 fn lines_are_not_drawn_and_long_names_refused() {
     let folder = tempfile::tempdir().unwrap();
     let cube = obj_vertices() + &obj_faces(&FACES);
-    let plain = load(write(folder.path(), "cube.obj", &cube));
+    let load = |text: &str| load(write(folder.path(), "cube.obj", text)).object().unwrap().model;
+    let plain = load(&cube);
     let comment = format!("l 1 2 7\n  l 1 2 3 5\n#{}\n", "x".repeat(10_000));
-    let lined = load(write(folder.path(), "cube.obj", &(cube.clone() + &comment)));
-    assert_eq!(plain.object.model, lined.object.model);
+    let lined = load(&(cube.clone() + &comment));
+    assert_eq!(plain, lined);
     let fault = refused_obj(&format!("o {}\n{cube}", "x".repeat(5000)), &["characters", "5002"]);
     assert!(matches!(fault, MeshFault::TooMany { .. }));
 }
@@ -193,7 +194,7 @@ fn points_at_which_very_many_triangles_meet_take_no_longer() {
         text + &format!("f{base}\n") + &(0..sides).map(slope).collect::<String>()
     }
     let folder = tempfile::tempdir().unwrap();
-    let load = |sides| load(write(folder.path(), "cone.obj", &cone(sides))).object.model;
+    let load = |sides| load(write(folder.path(), "cone.obj", &cone(sides))).object().unwrap().model;
     let start = Instant::now();
     for (sides, is_simplified) in [(400, true), (2000, false), (200_000, false)] {
         let model = load(sides);
@@ -246,7 +247,35 @@ fn images_that_are_none_or_bombs() {
     let mut bomb = whole;
     bomb[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     fs::write(&image, bomb).unwrap();
+    let start = Instant::now();
     assert!(matches!(refused(), MeshFault::Image { .. }));
+    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_not_opened() {
+    let pipe = |path: &Path| {
+        let _ = fs::remove_file(path);
+        assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+    };
+    let folder = cube_folder();
+    let cube = folder.path().join("cube.obj");
+    pipe(&folder.path().join("flag.png"));
+    assert!(matches!(refused(&cube, &["`flag.png`", "regular file"]), MeshFault::MissingFile { .. }));
+    pipe(&folder.path().join("cube.mtl"));
+    assert!(matches!(refused(&cube, &["`cube.mtl`", "regular file"]), MeshFault::MissingFile { .. }));
+    pipe(&cube);
+    assert!(matches!(load_all(&cube).unwrap_err().fault, MeshFault::Unreadable(_)));
+    assert!(matches!(load_all(folder.path()).unwrap_err().fault, MeshFault::NoMeshInFolder));
+    let buffer =
+        gltf_cube().to_string().replace(gltf_cube()["buffers"][0]["uri"].as_str().unwrap(), "flag.png");
+    let gltf = write(folder.path(), "cube.gltf", &buffer);
+    assert!(matches!(refused(&gltf, &["`flag.png`", "regular file"]), MeshFault::MissingFile { .. }));
+    pipe(&folder.path().join("LICENCE"));
+    assert!(
+        load(write(folder.path(), "plain.obj", &(obj_vertices() + &obj_faces(&FACES)))).licence().is_none()
+    );
 }
 
 #[test]

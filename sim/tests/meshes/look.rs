@@ -99,8 +99,8 @@ fn an_obj_cube_is_centred_scaled_and_shows_its_image_upright() {
     let folder = cube_folder();
     let mesh = load(folder.path().join("cube.obj"));
     assert_eq!((mesh.name.as_str(), mesh.category.as_str()), ("cube", "cube"));
-    assert_cube(&mesh.object);
-    assert_upright_flag(&mesh.object);
+    assert_cube(&mesh.object().unwrap());
+    assert_upright_flag(&mesh.object().unwrap());
 }
 
 /// The glTF cube with a texture: 24 vertices, of which each four of a face have the corners of the image.
@@ -147,7 +147,10 @@ fn marks_and_names_of_old_exporters_are_read() {
     let text = [b"\xef\xbb\xbf# of M\xfcller\n".as_slice(), obj_cube().as_bytes()].concat();
     let path = folder.path().join("marked.obj");
     fs::write(&path, text).unwrap();
-    assert_eq!(load(path).object.model.mesh.positions, plain.object.model.mesh.positions);
+    assert_eq!(
+        load(path).object().unwrap().model.mesh.positions,
+        plain.object().unwrap().model.mesh.positions
+    );
 }
 
 #[test]
@@ -159,11 +162,11 @@ fn gltf_and_glb_give_the_same_cube_as_obj() {
     fs::write(&path, glb(gltf)).unwrap();
     let (binary, obj) = (load(path), load(folder.path().join("cube.obj")));
     for mesh in [&text, &binary] {
-        assert_cube(&mesh.object);
-        assert_upright_flag(&mesh.object);
-        assert_eq!(mesh.object.model.texture, obj.object.model.texture);
+        assert_cube(&mesh.object().unwrap());
+        assert_upright_flag(&mesh.object().unwrap());
+        assert_eq!(mesh.object().unwrap().model.texture, obj.object().unwrap().model.texture);
     }
-    assert_eq!(text.object.model, binary.object.model);
+    assert_eq!(text.object().unwrap().model, binary.object().unwrap().model);
 }
 
 #[test]
@@ -178,8 +181,8 @@ fn y_up_becomes_z_up_and_the_front_of_gltf_becomes_plus_x() {
     let path =
         write(folder.path(), "nose.obj", &format!("{vertices}{quads}f 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n"));
     let standing = vantage_sim::scene::MeshSpec { up: UpAxis::Y, ..spec(path) };
-    let library = MeshLibrary::load(&[standing], Path::new(""), &mut |_| ()).unwrap();
-    let object = &library.iter().next().unwrap().object;
+    let library = MeshLibrary::load(&[standing], Path::new(""), None, &mut |_| ()).unwrap();
+    let object = &library.iter().next().unwrap().object().unwrap();
     assert!((object.half_extents - Vector3::new(0.3, 0.05, 0.1)).norm() < 1e-7, "{}", object.half_extents);
     let front = object.model.mesh.positions.iter().filter(|p| p[0] > 0.299).count();
     assert!((1..=8).contains(&front), "the nose is not in front");
@@ -196,9 +199,12 @@ fn nodes_turn_scale_and_mirror_what_they_hold() {
         { "mesh": 0, "translation": [1.0, 0.0, 0.0], "scale": [1.0, 1.0, 3.0] },
     ]);
     let mesh = load(write(folder.path(), "two.gltf", &gltf.to_string()));
-    assert_sound(&mesh.object);
-    assert!((mesh.object.half_extents - Vector3::new(0.15, 0.05, 0.15)).norm() < 1e-6);
-    assert!((volume(&mesh.object.model.mesh) - 4e-3).abs() < 1e-8, "a mirrored part is inside out");
+    assert_sound(&mesh.object().unwrap());
+    assert!((mesh.object().unwrap().half_extents - Vector3::new(0.15, 0.05, 0.15)).norm() < 1e-6);
+    assert!(
+        (volume(&mesh.object().unwrap().model.mesh) - 4e-3).abs() < 1e-8,
+        "a mirrored part is inside out"
+    );
 }
 
 #[test]
@@ -206,15 +212,15 @@ fn a_mesh_that_is_inside_out_is_turned() {
     let folder = tempfile::tempdir().unwrap();
     let reversed = FACES.map(|[a, b, c, d]| [d, c, b, a]);
     let mesh = load(write(folder.path(), "reversed.obj", &(obj_vertices() + &obj_faces(&reversed))));
-    assert_cube(&mesh.object);
+    assert_cube(&mesh.object().unwrap());
 }
 
 #[test]
 fn an_open_surface_is_seen_from_both_sides_and_a_closed_one_once() {
     let folder = tempfile::tempdir().unwrap();
     let open = load(write(folder.path(), "open.obj", &(obj_vertices() + &obj_faces(&FACES[..5]))));
-    assert_eq!(open.object.model.mesh.triangles.len(), 20);
-    assert_sound(&open.object);
+    assert_eq!(open.object().unwrap().model.mesh.triangles.len(), 20);
+    assert_sound(&open.object().unwrap());
 }
 
 #[test]
@@ -234,7 +240,7 @@ fn several_materials_share_the_texture_and_keep_their_colours() {
     );
     flag(300).save(folder.path().join("a flag.png")).unwrap();
     let path = write(folder.path(), "all.obj", &format!("mtllib all.mtl\n{}{faces}", obj_vertices()));
-    let object = load(path).object;
+    let object = load(path).object().unwrap();
     assert_sound(&object);
     let seen: Vec<[u8; 3]> = (0..12).map(|triangle| color(&object.model, triangle)).collect();
     let flag = [[0, 0, 200], [200, 0, 0]];
@@ -251,12 +257,12 @@ fn the_base_colour_of_gltf_is_linear_and_multiplies_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let mut gltf = textured_gltf(&RgbImage::from_pixel(4, 4, Rgb([255, 255, 128])));
     gltf["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.5, 1.0, 0.5, 1.0]);
-    let object = load(write(folder.path(), "tinted.gltf", &gltf.to_string())).object;
+    let object = load(write(folder.path(), "tinted.gltf", &gltf.to_string())).object().unwrap();
     assert_eq!(color(&object.model, 0), [188, 255, 92]);
     let mut plain = gltf_cube();
     plain["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.0, 1.0, 1.0] } }]);
     plain["meshes"][0]["primitives"][0]["material"] = json!(0);
-    let object = load(write(folder.path(), "plain.gltf", &plain.to_string())).object;
+    let object = load(write(folder.path(), "plain.gltf", &plain.to_string())).object().unwrap();
     assert_eq!(color(&object.model, 0), [188, 0, 255]);
 }
 
@@ -272,7 +278,7 @@ fn an_image_repeats_outside_of_its_range() {
     let left_red = RgbImage::from_fn(64, 64, |x, _| if x < 32 { Rgb([200, 0, 0]) } else { Rgb([0, 0, 200]) });
     left_red.save(folder.path().join("flag.png")).unwrap();
     let red_at = |u: [f64; 2], share: f64| {
-        let object = load(write(folder.path(), "cube.obj", &obj_with_u(u[0], u[1]))).object;
+        let object = load(write(folder.path(), "cube.obj", &obj_with_u(u[0], u[1]))).object().unwrap();
         // The first triangle has the corners low, high, high.
         let rest = (share - 0.02) / 0.98;
         color_at(&object.model, 0, [1.0 - rest, rest - 0.02, 0.02])[0] == 200
@@ -307,7 +313,7 @@ fn samplers_of_gltf_clamp_and_mirror() {
             u[..4].copy_from_slice(&moved.to_le_bytes());
         }
         gltf["buffers"][0]["uri"] = json!(crate::files::data_uri(&bytes));
-        let object = load(write(folder.path(), &format!("{wrap}.gltf"), &gltf.to_string())).object;
+        let object = load(write(folder.path(), &format!("{wrap}.gltf"), &gltf.to_string())).object().unwrap();
         [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1]].map(|weights| color_at(&object.model, 0, weights)[0])
     };
     assert_eq!(shifted(10497), [200, 0], "repeated");
@@ -320,7 +326,7 @@ fn fine_images_are_averaged_not_picked_from() {
     let folder = cube_folder();
     let checkers = RgbImage::from_fn(2048, 2048, |x, y| Rgb([if (x + y) % 2 == 0 { 255 } else { 0 }; 3]));
     checkers.save(folder.path().join("flag.png")).unwrap();
-    let object = load(folder.path().join("cube.obj")).object;
+    let object = load(folder.path().join("cube.obj")).object().unwrap();
     for (i, [r, _, _, _]) in object.model.texture.level(0).iter().enumerate() {
         assert!((126..=129).contains(r), "texel {i} is {r}");
     }
@@ -343,7 +349,7 @@ fn what_no_triangle_shows_does_not_bleed_into_what_one_does() {
     let text = obj_cube();
     let vertices = text.split("vt ").next().unwrap();
     let path = write(folder.path(), "cube.obj", &format!("{vertices}{corners}usemtl skin\n{triangles}"));
-    let object = load(path).object;
+    let object = load(path).object().unwrap();
     for (level, texels) in object.model.texture.levels().enumerate() {
         for [r, g, b, _] in texels {
             assert_eq!([*r, *g, *b], [250, 250, 0], "level {level}");

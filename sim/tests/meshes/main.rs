@@ -7,5 +7,7 @@ mod folders;
 mod hostile;
 mod hostile_gltf;
 mod look;
+#[cfg(unix)]
+mod prepared;
 mod real;
 mod scene;

@@ -1,6 +1,6 @@
 //! Real files: YCB, Google Scanned Objects, Poly Haven, KayKit and others.
 
-use crate::files::spec;
+use crate::files::{assert_same, spec};
 use nalgebra::{Point3, Vector2, Vector3};
 use serde_json::Value;
 use std::io::Write;
@@ -57,26 +57,53 @@ fn text<'a>(entry: &'a Value, key: &str) -> &'a str {
     entry[key].as_str().unwrap()
 }
 
-/// All good meshes with their entries, read once.
-fn library(folder: &Path) -> &'static [(Value, MeshEntry)] {
-    static LIBRARY: OnceLock<Vec<(Value, MeshEntry)>> = OnceLock::new();
+/// A good mesh with its entry in the list.
+type Listed = (Value, MeshEntry, Object);
+
+/// All good meshes, read once.
+fn library(folder: &Path) -> &'static [Listed] {
+    static LIBRARY: OnceLock<Vec<Listed>> = OnceLock::new();
     LIBRARY.get_or_init(|| read(folder))
 }
 
-fn read(folder: &Path) -> Vec<(Value, MeshEntry)> {
-    let entries = listed(folder, false);
-    let specs: Vec<MeshSpec> = entries
+fn specs(entries: &[Value]) -> Vec<MeshSpec> {
+    entries
         .iter()
         .map(|entry| {
             let (metres_per_unit, up) = units(text(entry, "name"));
             let path = Path::new(text(entry, "dir")).join(text(entry, "main"));
             MeshSpec { metres_per_unit, up, category: Some(text(entry, "category").to_owned()), ..spec(path) }
         })
-        .collect();
+        .collect()
+}
+
+fn read(folder: &Path) -> Vec<Listed> {
+    let entries = listed(folder, false);
+    let shelf = tempfile::tempdir().unwrap();
+    let load = |what: &str| {
+        let start = Instant::now();
+        let library = MeshLibrary::load(&specs(&entries), folder, Some(shelf.path()), &mut |_| ()).unwrap();
+        tell(&format!("{} meshes {what} in {:.2} s", entries.len(), start.elapsed().as_secs_f64()));
+        library
+    };
+    let prepared = load("prepared");
+    let library = load("found");
+    assert_eq!(prepared, library);
     let start = Instant::now();
-    let library = MeshLibrary::load(&specs, folder, &mut |_| ()).unwrap();
-    tell(&format!("{} meshes in {:.2} s", entries.len(), start.elapsed().as_secs_f64()));
-    entries.into_iter().zip(library.iter().cloned()).collect()
+    let objects: Vec<Object> = library.iter().map(|mesh| mesh.object().unwrap()).collect();
+    tell(&format!("{} meshes read in {:.2} s", entries.len(), start.elapsed().as_secs_f64()));
+    entries.into_iter().zip(library.iter().cloned()).zip(objects).map(|((a, b), c)| (a, b, c)).collect()
+}
+
+#[test]
+fn prepared_ones_are_those_that_the_files_make() {
+    let Some(folder) = folder() else { return };
+    let fresh = MeshLibrary::load(&specs(&listed(&folder, false)), &folder, None, &mut |_| ()).unwrap();
+    for (mesh, (_, prepared, object)) in fresh.iter().zip(library(&folder)) {
+        assert_eq!(mesh, prepared);
+        assert_same(&mesh.object().unwrap(), object);
+        assert_eq!(mesh.bytes, prepared.bytes);
+    }
 }
 
 #[test]
@@ -84,20 +111,19 @@ fn all_have_the_size_and_about_the_faces_that_their_list_says() {
     let Some(folder) = folder() else { return };
     let library = library(&folder);
     assert_eq!(library.len(), 20);
-    for (entry, mesh) in library {
+    for (entry, mesh, object) in library {
         let name = text(entry, "name");
         let (scale, up) = units(name);
         let [x, y, z] = [0, 1, 2].map(|axis| scale * entry["extent"][axis].as_f64().unwrap());
         let expected = if up == UpAxis::Z { Vector3::new(x, y, z) } else { Vector3::new(z, x, y) };
-        let got = 2.0 * mesh.object.half_extents;
+        let got = 2.0 * object.half_extents;
         assert!((got - expected).amax() < 1e-4 * scale.max(1.0) + 1e-4, "{name}: {got} for {expected}");
-        let (faces, listed) =
-            (mesh.object.model.mesh.triangles.len() as f64, entry["faces"].as_f64().unwrap());
+        let (faces, listed) = (object.model.mesh.triangles.len() as f64, entry["faces"].as_f64().unwrap());
         let share = faces / listed;
         assert!((0.99..=1.0).contains(&share) || share == 2.0, "{name}: {faces} of {listed} faces");
-        assert!(mesh.licence.as_ref().unwrap().ends_with("LICENCE.txt"), "{name}");
-        assert!(mesh.object.hull.len() <= 64, "{name}");
-        let normals = &mesh.object.model.mesh.normals;
+        assert!(mesh.licence().unwrap().ends_with("LICENCE.txt"), "{name}");
+        assert!(object.hull.len() <= 64, "{name}");
+        let normals = &object.model.mesh.normals;
         let norms = normals.iter().map(|n| n.iter().map(|x| x * x).sum::<f32>().sqrt());
         assert!(norms.into_iter().all(|norm| (norm - 1.0).abs() < 1e-3), "{name}");
     }
@@ -107,7 +133,7 @@ fn all_have_the_size_and_about_the_faces_that_their_list_says() {
 fn the_same_cow_comes_from_obj_and_from_glb() {
     let Some(folder) = folder() else { return };
     let library = library(&folder);
-    let cow = |name| library.iter().find(|(entry, _)| text(entry, "name") == name).unwrap().1.object.clone();
+    let cow = |name| library.iter().find(|(entry, ..)| text(entry, "name") == name).unwrap().2.clone();
     let (obj, glb) = (cow("spot_cow_obj"), cow("spot_cow_glb"));
     assert!((obj.half_extents - glb.half_extents).norm() < 1e-6);
     assert!((obj.mass - glb.mass).abs() < 1e-4 * obj.mass);
@@ -141,10 +167,10 @@ fn render(object: &Object, azimuth: f64) -> (Vec<u8>, f64) {
 #[test]
 fn all_are_drawn_whole_and_in_colours_of_their_own() {
     let Some(folder) = folder() else { return };
-    for (entry, mesh) in library(&folder) {
+    for (entry, _, object) in library(&folder) {
         let name = text(entry, "name");
         for azimuth in [0.5, 2.6, 4.7] {
-            let (rgb, share) = render(&mesh.object, azimuth);
+            let (rgb, share) = render(object, azimuth);
             assert!((0.04..0.75).contains(&share), "{name}: {share} of the image");
             let sum: f64 = rgb.iter().map(|&channel| f64::from(channel)).sum();
             let mean = sum / 3.0 / (4096.0 * share);
@@ -158,10 +184,10 @@ fn all_come_to_rest_on_a_table() {
     let Some(folder) = folder() else { return };
     let outline = Outline::Rectangle { half_extents: [2.0, 2.0] };
     let table = Stand::solid(Vector2::zeros(), 0.7, outline);
-    for (entry, mesh) in library(&folder) {
+    for (entry, _, object) in library(&folder) {
         let place = Place { stand: 0, position: Vector2::zeros(), yaw: 0.3 };
         let mut physics = Physics::new(&Furnishing { stands: vec![table], ..Furnishing::default() }, &[]);
-        let object = [mesh.object.clone()];
+        let object = [object.clone()];
         let poses = settle(&mut physics, &[table], &object, &[place], 20, &mut |_| ());
         let pose = poses.unwrap_or_else(|error| panic!("{}: {error}", text(entry, "name")))[0];
         let vertices = object[0].model.mesh.positions.iter();
@@ -190,7 +216,8 @@ fn broken_files_are_refused_by_name_and_cause() {
     }
     assert_eq!(bad.len(), 7);
     for (path, cause) in bad {
-        let error = MeshLibrary::load(&[spec(&path)], Path::new(""), &mut |_| ()).unwrap_err().to_string();
+        let error =
+            MeshLibrary::load(&[spec(&path)], Path::new(""), None, &mut |_| ()).unwrap_err().to_string();
         assert!(error.contains(cause), "{cause:?} is not in: {error}");
         assert!(error.contains(path.file_name().unwrap().to_str().unwrap()), "{error}");
     }

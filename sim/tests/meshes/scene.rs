@@ -31,7 +31,7 @@ struct SceneFile {
 }
 
 /// The tabletop with meshes in place of families.
-fn tabletop(meshes: Vec<MeshSpec>, objects: u32) -> SceneSpec {
+pub fn tabletop(meshes: Vec<MeshSpec>, objects: u32) -> SceneSpec {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/tabletop.yaml");
     let SceneFile { mut world, mut robot, sensors, mut views } =
         serde_saphyr::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
@@ -64,7 +64,7 @@ fn a_world_of_meshes_settles_and_tells_their_categories() {
     let folder = cubes();
     let symmetry = SymmetrySpec::Cyclic(2);
     let scene = tabletop(vec![MeshSpec { symmetry, ..of_split(Split::Test) }], 5);
-    let scene = CheckedScene::new(scene, folder.path(), &mut |_| ()).unwrap();
+    let scene = CheckedScene::new(scene, folder.path(), None, &mut |_| ()).unwrap();
     let world = World::settled(&scene, Split::Test, Seed(1), &mut |_| ()).unwrap();
     let truth = world.truth();
     assert!(truth.iter().all(|object| object.family == "cube"));
@@ -86,7 +86,7 @@ fn a_world_of_meshes_settles_and_tells_their_categories() {
 fn more_objects_than_the_table_holds_of_the_smallest_mesh_are_refused() {
     let folder = cubes();
     let load = |objects| {
-        CheckedScene::new(tabletop(vec![of_split(Split::Test)], objects), folder.path(), &mut |_| ())
+        CheckedScene::new(tabletop(vec![of_split(Split::Test)], objects), folder.path(), None, &mut |_| ())
     };
     // Half the diagonal of 6 x 10 cm and 1 cm of spacing, on a table of 65 cm with as much: (66 / 6.83)^2 = 93.4.
     load(93).unwrap();
@@ -98,7 +98,8 @@ fn more_objects_than_the_table_holds_of_the_smallest_mesh_are_refused() {
 fn a_split_without_enough_meshes_is_named() {
     let folder = cubes();
     let scene = |objects| {
-        CheckedScene::new(tabletop(vec![of_split(Split::Test)], objects), folder.path(), &mut |_| ()).unwrap()
+        CheckedScene::new(tabletop(vec![of_split(Split::Test)], objects), folder.path(), None, &mut |_| ())
+            .unwrap()
     };
     let got = World::settled(&scene(6), Split::Test, Seed(1), &mut |_| ()).err().unwrap();
     let message = got.to_string();
@@ -120,7 +121,7 @@ fn views_are_of_each_mesh_once_and_then_of_families() {
     let mut scene = tabletop(vec![of_split(Split::Train)], 5);
     let views = |scene: &SceneSpec, instances| {
         let conditions =
-            CheckedScene::new(scene.clone(), folder.path(), &mut |_| ()).unwrap().view_conditions();
+            CheckedScene::new(scene.clone(), folder.path(), None, &mut |_| ()).unwrap().view_conditions();
         let mut renderer = ReferenceRenderer::default();
         training_views(&conditions, Split::Train, instances, Seed(1), &mut renderer, &mut |_| ()).unwrap()
     };
@@ -145,7 +146,8 @@ fn one_mesh_alone_has_views_without_neighbours() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "meshes/textured.obj", &(obj_vertices() + &obj_faces(&FACES)));
     let scene = tabletop(vec![of_split(Split::Train)], 1);
-    let mut conditions = CheckedScene::new(scene, folder.path(), &mut |_| ()).unwrap().view_conditions();
+    let mut conditions =
+        CheckedScene::new(scene, folder.path(), None, &mut |_| ()).unwrap().view_conditions();
     conditions.views.occluder_probability = 1.0;
     let mut renderer = ReferenceRenderer::default();
     let set = training_views(&conditions, Split::Train, 1, Seed(1), &mut renderer, &mut |_| ()).unwrap();
@@ -156,7 +158,7 @@ fn one_mesh_alone_has_views_without_neighbours() {
 fn draws_take_turns_and_end_with_the_meshes() {
     let folder = cubes();
     let specs = [of_split(Split::Test)];
-    let library = MeshLibrary::load(&specs, folder.path(), &mut |_| ()).unwrap();
+    let library = MeshLibrary::load(&specs, folder.path(), None, &mut |_| ()).unwrap();
     let names = |draws: Vec<Draw<'_>>| -> Vec<String> {
         let name = |draw: &Draw<'_>| match draw {
             Draw::Family(family) => family.name().to_owned(),
@@ -182,7 +184,7 @@ fn draws_take_turns_and_end_with_the_meshes() {
 fn nothing_that_is_serialized_changes_without_meshes_and_contents_count_with_them() {
     let mut scene = tabletop(Vec::new(), 5);
     scene.world.families = vec![Family::Mug];
-    let plain = CheckedScene::new(scene.clone(), Path::new(""), &mut |_| ()).unwrap();
+    let plain = CheckedScene::new(scene.clone(), Path::new(""), None, &mut |_| ()).unwrap();
     assert_eq!(serde_json::to_string(&plain).unwrap(), serde_json::to_string(&scene).unwrap());
     assert!(!serde_json::to_string(&scene).unwrap().contains("meshes"));
     assert!(!serde_json::to_string(&plain.view_conditions()).unwrap().contains("meshes"));
@@ -190,7 +192,8 @@ fn nothing_that_is_serialized_changes_without_meshes_and_contents_count_with_the
     let folder = cubes();
     let key = || {
         let scene =
-            CheckedScene::new(tabletop(vec![of_split(Split::Test)], 5), folder.path(), &mut |_| ()).unwrap();
+            CheckedScene::new(tabletop(vec![of_split(Split::Test)], 5), folder.path(), None, &mut |_| ())
+                .unwrap();
         (serde_json::to_string(&scene).unwrap(), serde_json::to_string(&scene.view_conditions()).unwrap())
     };
     let before = key();
@@ -216,7 +219,7 @@ fn a_scene_states_units_and_what_it_cannot_mean_is_refused() {
     let refusal = |change: fn(&mut MeshSpec)| {
         let mut spec = spec.clone();
         change(&mut spec);
-        CheckedScene::new(tabletop(vec![spec], 1), Path::new(""), &mut |_| ()).unwrap_err()
+        CheckedScene::new(tabletop(vec![spec], 1), Path::new(""), None, &mut |_| ()).unwrap_err()
     };
     type Change = fn(&mut MeshSpec);
     let rules: [(Change, &str); 4] = [
@@ -233,7 +236,7 @@ fn a_scene_states_units_and_what_it_cannot_mean_is_refused() {
     let gone = refusal(|_| ());
     assert!(matches!(gone, SceneError::Mesh(_)) && gone.to_string().contains("a.obj"), "{gone}");
     let nothing =
-        CheckedScene::new(tabletop(Vec::new(), 1), Path::new(""), &mut |_| ()).unwrap_err().to_string();
+        CheckedScene::new(tabletop(Vec::new(), 1), Path::new(""), None, &mut |_| ()).unwrap_err().to_string();
     assert!(nothing.contains("world.families") && nothing.contains("world.meshes"), "{nothing}");
 }
 
@@ -267,7 +270,7 @@ fn a_mesh_as_furniture_carries_what_falls_on_it() {
         let mut scene = tabletop(Vec::new(), 2);
         scene.world.families = vec![Family::Can];
         scene.world.fixtures = vec![spec(at)];
-        CheckedScene::new(scene, folder.path(), &mut |_| ())
+        CheckedScene::new(scene, folder.path(), None, &mut |_| ())
     };
     let scene = furnished([2.6, 2.0]).unwrap();
     let rollout = roll_out(&scene, Seed(0), Split::Test, &mut |_| ()).unwrap();
@@ -296,7 +299,7 @@ fn fixtures_stand_within_the_room_and_not_in_one_another() {
         scene.robot.path = PathSpec::RandomWalk { legs: 3, leg_length: Interval([0.5, 1.0]), clearance: 0.1 };
         scene.robot.laps = 1.0;
         scene.world.fixtures = fixtures.to_vec();
-        match CheckedScene::new(scene, folder.path(), &mut |_| ()) {
+        match CheckedScene::new(scene, folder.path(), None, &mut |_| ()) {
             Ok(_) => Vec::new(),
             Err(SceneError::Placement(misplaced)) => misplaced.iter().map(|one| one.part).collect(),
             Err(other) => panic!("{other}"),

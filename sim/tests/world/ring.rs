@@ -104,7 +104,7 @@ fn tables_in_a_ring_will_do_and_one_without_a_gap_is_refused() {
     assert!(clearances.fold(f64::INFINITY, f64::min) > body::RADIUS);
 
     spec.world.surface = SurfaceSpec::Furniture(ring(17).map(table).collect());
-    let said = vantage_sim::checked::CheckedScene::new(spec, std::path::Path::new(""), &mut |_| ());
+    let said = vantage_sim::checked::CheckedScene::new(spec, std::path::Path::new(""), None, &mut |_| ());
     let said = said.unwrap_err().to_string();
     assert!(said.contains("wide enough to cross between the laps"), "{said}");
 }

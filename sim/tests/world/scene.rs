@@ -40,7 +40,7 @@ pub fn small() -> SceneSpec {
 
 /// Checked, as it must be; without meshes.
 pub fn checked(spec: SceneSpec) -> CheckedScene {
-    CheckedScene::new(spec, Path::new(""), &mut |_| ()).unwrap()
+    CheckedScene::new(spec, Path::new(""), None, &mut |_| ()).unwrap()
 }
 
 /// The same light from everywhere, so that looks differ by viewpoint only.

@@ -16,7 +16,9 @@ const SHARING: [&str; 7] = ["sparse_loop", "shelves", "room", "corridor", "alias
 
 /// Every violation, one a line.
 fn refusal(spec: SceneSpec) -> String {
-    CheckedScene::new(spec, Path::new(""), &mut |_| ()).expect_err("the scene breaks a rule").to_string()
+    CheckedScene::new(spec, Path::new(""), None, &mut |_| ())
+        .expect_err("the scene breaks a rule")
+        .to_string()
 }
 
 #[test]
@@ -197,7 +199,7 @@ fn furniture_stands_within_the_room_and_not_in_one_another() {
         let mut spec = shipped("room");
         let SurfaceSpec::Furniture(pieces) = &mut spec.world.surface else { return Vec::new() };
         pieces.push(piece);
-        match CheckedScene::new(spec, Path::new(""), &mut |_| ()) {
+        match CheckedScene::new(spec, Path::new(""), None, &mut |_| ()) {
             Ok(_) => Vec::new(),
             Err(SceneError::Placement(misplaced)) => misplaced.iter().map(Misplaced::to_string).collect(),
             Err(other) => panic!("{other}"),
@@ -239,7 +241,9 @@ fn more_objects_than_any_layout_holds_are_refused() {
     let with = |name: &str, objects: u32, spacing: f64| {
         let mut spec = shipped(name);
         (spec.world.objects, spec.world.spacing) = (objects, spacing);
-        CheckedScene::new(spec, Path::new(""), &mut |_| ()).map(|_| ()).map_err(|error| error.to_string())
+        CheckedScene::new(spec, Path::new(""), None, &mut |_| ())
+            .map(|_| ())
+            .map_err(|error| error.to_string())
     };
     // Discs of 3 cm about the middles of the smallest, and a table of 65 cm with a margin of 1 cm: (66 / 3)^2 = 484.
     with("tabletop", 484, 0.02).unwrap();

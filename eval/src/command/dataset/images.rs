@@ -117,7 +117,7 @@ fn model(object: &Object, licence: Option<&String>) -> ObjectModel {
 pub fn licences(scene: &CheckedScene) -> BTreeMap<InstanceId, String> {
     let meshes = scene.meshes().iter();
     let licences = meshes.filter_map(|mesh| {
-        let text = read_regular(mesh.licence.as_ref()?, LARGEST_LICENCE).ok()?;
+        let text = read_regular(mesh.licence()?, LARGEST_LICENCE).ok()?;
         let text = String::from_utf8(text).ok()?;
         let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
         let named = lines().find_map(|line| {
@@ -126,7 +126,7 @@ pub fn licences(scene: &CheckedScene) -> BTreeMap<InstanceId, String> {
             (named && !value.trim().is_empty()).then_some(value.trim())
         });
         let line = named.or_else(|| lines().next())?;
-        Some((mesh.object.id, line.replace(char::is_control, " ")))
+        Some((mesh.id, line.replace(char::is_control, " ")))
     });
     licences.collect()
 }

@@ -144,7 +144,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let out = OutputFolder::probe(&args.out)?;
     let file: SceneFile = scene_file::read(&args.scene)?;
     let progress = Progress::detect();
-    let scene = file.checked(&args.scene, &progress)?;
+    let scene = file.checked(&args.scene, &args.making.cache, &progress)?;
     let _lock = out.lock(&progress)?;
     let opened = open(args.making.renderer.into())?;
     if let Some(notice) = &opened.notice {

@@ -21,7 +21,8 @@ pub fn print(
     }
     let mut rows = Vec::new();
     for mesh in meshes.iter() {
-        let turns = Turns::of(&mesh.object, renderer).map_err(SimError::from)?;
+        let object = mesh.object().map_err(SimError::from)?;
+        let turns = Turns::of(&object, renderer).map_err(SimError::from)?;
         let order = turns.most_alike();
         rows.push(vec![
             mesh.name.clone(),

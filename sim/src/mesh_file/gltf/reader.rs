@@ -128,7 +128,7 @@ impl<'f, 's> Reader<'f, 's> {
                 (bytes, format!("number {}", image.index()))
             }
         };
-        let decoded = decode(&bytes, &name).and_then(|decoded| self.soup.add_image(decoded));
+        let decoded = decode(self.files, &bytes, &name).and_then(|decoded| self.soup.add_image(decoded));
         let index = decoded.map_err(|fault| self.files.error(fault))?;
         self.images.insert(image.index(), index);
         Ok(index)

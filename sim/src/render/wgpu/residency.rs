@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::texture::TEXTURE_SIDE;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// At first.
 const VERTICES: u64 = 1 << 18;
@@ -29,8 +29,8 @@ pub(super) struct Residency {
     /// Of [`TEXTURE_SIDE`], of twice and of four times as much.
     pub albedos: [Albedo; 3],
     used_vertices: u32,
-    /// Layers by address, which the kept handle reserves.
-    textures: HashMap<usize, (Arc<Model>, u32)>,
+    /// Layers by address, which the kept handle reserves, and no more.
+    textures: HashMap<usize, (Weak<Model>, u32)>,
     /// By address and level of detail.
     meshes: HashMap<(usize, usize), Resident>,
 }
@@ -62,7 +62,7 @@ impl Residency {
             Some(&(_, layer)) => layer,
             None => {
                 let layer = self.albedos[albedo].place(gpu, &model.texture)?;
-                self.textures.insert(address, (Arc::clone(model), layer));
+                self.textures.insert(address, (Arc::downgrade(model), layer));
                 layer
             }
         };
