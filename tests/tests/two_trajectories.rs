@@ -149,7 +149,7 @@ fn a_map_is_laid_on_the_truth_as_its_trajectory_is() {
     let frame = Pose::new([5.0, -3.0, 0.5].into(), [0.0, 0.0, 2.0].into());
     let moved = |[x, y, z]: [f64; 3]| (frame * Pose::translation(x, y, z)).translation.vector;
     let rows = [[1.0, 2.0, 0.1], [-1.0, 0.0, 1.0], [7.0, 7.0, 7.0]]
-        .map(|place| moved(place))
+        .map(moved)
         .map(|at| format!("{},{},{}\n", at.x, at.y, at.z));
     fs::write(&own, format!("x,y,z\n{}", rows.concat())).unwrap();
     let options = ["--map", own.to_str().unwrap(), "--true-map", truth.to_str().unwrap()];

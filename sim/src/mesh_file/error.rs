@@ -104,5 +104,5 @@ pub enum MeshFault {
     Changed,
     /// Its prepared form has no place.
     #[error("what was prepared of it cannot be kept: {0}")]
-    NotKept(StoreError),
+    NotKept(Box<StoreError>),
 }

@@ -40,14 +40,14 @@ impl Shelved {
         if let Some((file, facts)) = found {
             return Ok((shelved(Some(file)), facts));
         }
-        let _lock = lock(&folder).map_err(|error| source.error(MeshFault::NotKept(error)))?;
+        let _lock = lock(&folder).map_err(|error| source.error(MeshFault::NotKept(Box::new(error))))?;
         // Who had the lock may have made it.
         if let (_, Some((file, facts))) = find(shelf, source, units)? {
             return Ok((shelved(Some(file)), facts));
         }
         let prepared = Prepared::of(source, units)?;
         let file = folder.join(&prepared.facts.hash).with_extension(ENDING);
-        keep(&prepared, &file).map_err(|error| source.error(MeshFault::NotKept(error)))?;
+        keep(&prepared, &file).map_err(|error| source.error(MeshFault::NotKept(Box::new(error))))?;
         Ok((shelved(Some(file)), prepared.facts))
     }
 
@@ -69,7 +69,7 @@ impl Shelved {
         if let Some(file) = &self.file {
             let folder = file.parent().unwrap_or(Path::new(""));
             let kept = lock(folder).and_then(|_lock| keep(&made, file));
-            kept.map_err(|error| self.source.error(MeshFault::NotKept(error)))?;
+            kept.map_err(|error| self.source.error(MeshFault::NotKept(Box::new(error))))?;
         }
         Ok(made)
     }

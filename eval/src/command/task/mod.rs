@@ -48,7 +48,7 @@ pub fn task(args: &TaskArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     }
     let progress = Progress::detect();
     let (_out_lock, _kept_lock) = (out.lock(&progress)?, kept.lock(&progress)?);
-    let scene = file.checked(&args.scene, &progress)?;
+    let scene = file.checked(&args.scene, &args.making.cache, &progress)?;
     let opened = open(args.making.renderer.into())?;
     if let Some(notice) = &opened.notice {
         progress.note(notice);
