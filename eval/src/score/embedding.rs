@@ -42,7 +42,7 @@ impl Labels {
 pub struct EmbeddingScores {
     /// Clusters (their number given), neighbours, and known instances under another light.
     pub given: Scores,
-    /// Clusters, their number found: [`density_clusters`].
+    /// Clusters, their number found: [`Clusters`].
     pub density: Scores,
     /// Classes from a few tags: [`ground`].
     pub grounding: Scores,

@@ -211,11 +211,11 @@ mod tests {
     #[test]
     fn quality_is_the_geometric_mean_and_what_is_false_costs_its_confidence() {
         let truth = [object(0.0, "mug"), object(9.0, "book")];
-        // Shifted by half: an overlap of a third.
+        // Shifted by two fifths: an overlap of three sevenths.
         let map =
-            [proposal(0.5, &[("mug", 0.6), ("book", 0.4)]), proposal(20.0, &[("book", 0.7), ("mug", 0.1)])];
+            [proposal(0.4, &[("mug", 0.6), ("book", 0.4)]), proposal(20.0, &[("book", 0.7), ("mug", 0.1)])];
         let found = object_map_scores(&truth, &map);
-        let q = (0.6f64 / 3.0).sqrt();
+        let q = (0.6f64 * 3.0 / 7.0).sqrt();
         assert_relative_eq!(found[&Metric::MapQuality], q / (1.0 + 1.0 + 0.7), epsilon = 1e-12);
         assert_relative_eq!(found[&Metric::MapPairQuality], q, epsilon = 1e-12);
         assert_relative_eq!(found[&Metric::MapFalseQuality], 0.3, epsilon = 1e-12);

@@ -63,7 +63,7 @@ impl ObjectMap {
         let columns = Columns::of(&head)?;
         let mut map = Self::default();
         for record in reader.records() {
-            let record = record.map_err(|error| error.to_string())?;
+            let record = record.map_err(|error| told(&error))?;
             let line = record.position().map_or(0, csv::Position::line);
             if map.proposals.len() == MOST {
                 return Err(format!("line {line}: more than {MOST} objects"));
@@ -76,6 +76,15 @@ impl ObjectMap {
             }
         }
         Ok(map)
+    }
+}
+
+fn told(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos: Some(pos), expected_len, len } => {
+            format!("line {}: {len} columns, expected {expected_len}", pos.line())
+        }
+        _ => error.to_string(),
     }
 }
 
