@@ -66,7 +66,7 @@ fn submit_truth(scene: &SmallScene) -> PathBuf {
     mine
 }
 
-/// Boxes along the axes of the robot's first pose would be turned once more: true boxes are told in those axes, so the world is that pose's.
+/// The true objects: centres in the world's frame, the sides of boxes along the axes of the robot's first pose.
 fn map(episode: &Episode) -> String {
     let first = episode.truth.world_from_robot[0];
     let mut text = "x,y,z,length,width,height,label,e0\n".to_owned();

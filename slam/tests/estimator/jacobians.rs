@@ -1,19 +1,17 @@
 //! Every factor's derivatives against central differences, at residuals far from zero.
 
-use crate::model::TanhModel;
 use crate::sensors::LinearClasses;
 use crate::steerable::Steerable;
 use nalgebra::{DVector, Matrix6, UnitQuaternion, Vector2, Vector3};
 use vantage_dataset::{Camera, CenterDepth, LandmarkSighting, Odometry, Pose, Seed, Stream, Tangent, se3};
-use vantage_model::{AzimuthReading, ObservationModel, PairModel};
+use vantage_model::{AzimuthReading, PairModel};
 use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::discrepancy::Discrepant;
-use vantage_slam::domain::{Domain, DomainPrior};
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{
     AzimuthFactor, BearingFactor, BetweenFactor, BiasedBetweenFactor, BoxEdgesFactor, ClassFactor,
-    DepthFactor, DomainFactor, ExtentsPrior, Factor, OffsetBearingFactor, PairFactor, PosePrior,
-    ProjectionFactor, SemanticFactor, StandardNormalPrior, UprightFactor,
+    DepthFactor, ExtentsPrior, Factor, OffsetBearingFactor, PairFactor, PosePrior, ProjectionFactor,
+    StandardNormalPrior, UprightFactor,
 };
 use vantage_slam::noise::Kernel;
 use vantage_slam::odometry_bias::OdometryBias;
@@ -23,7 +21,7 @@ use vantage_slam::{AzimuthDiscrepancy, Key};
 const STEP: f64 = 1e-6;
 
 /// Compares each block with central differences; returns the norm of the residual.
-fn check(factor: &dyn Factor, values: &Values) -> f64 {
+pub fn check(factor: &dyn Factor, values: &Values) -> f64 {
     let linear = factor.linearize(values).expect("the factor is defined here");
     let residual = factor.residual(values).unwrap();
     assert!((&linear.residual - &residual).amax() < 1e-12, "linearize and residual disagree");
@@ -47,7 +45,7 @@ fn check(factor: &dyn Factor, values: &Values) -> f64 {
     residual.norm()
 }
 
-fn random_tangent(stream: &mut Stream, rotation: f64, translation: f64) -> Tangent {
+pub fn random_tangent(stream: &mut Stream, rotation: f64, translation: f64) -> Tangent {
     Tangent::from_fn(|i, _| if i < 3 { rotation } else { translation } * stream.normal())
 }
 
@@ -194,68 +192,6 @@ fn a_bearing_residual_is_the_image_error_over_sigma_to_first_order() {
     assert!(at(0.0, 0.0) < 1e-12);
     for (du, dv) in [(1e-4, 0.0), (0.0, 1e-4), (6e-5, -8e-5)] {
         assert!((at(du, dv) - 0.01).abs() < 1e-5, "{}", at(du, dv));
-    }
-}
-
-#[test]
-fn semantic() {
-    semantic_of(&TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5)));
-}
-
-#[test]
-fn semantic_with_a_discrepancy() {
-    let model = TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5));
-    semantic_of(&Discrepant::new(&model, &AzimuthDiscrepancy { sigma: 0.3, concentration: 2.0 }));
-}
-
-fn semantic_of(model: &dyn ObservationModel) {
-    semantic_in(model, None);
-}
-
-#[test]
-fn semantic_in_a_domain() {
-    let model = TanhModel::new([7, 6, 16], 0.05, 4.0, Seed(5));
-    let domain = Domain::new(model.noise(), &DomainPrior { offset_sigma: 1.5, gain_sigma: 0.4 });
-    assert_eq!(domain.dim(), 12);
-    semantic_in(&model, Some(&domain));
-}
-
-fn semantic_in(model: &dyn ObservationModel, domain: Option<&Domain>) {
-    let mut stream = Seed(5).stream("semantic", 0);
-    let mut tested = 0;
-    while tested < 20 {
-        let mut values = Values::default();
-        let robot = se3::exp(&random_tangent(&mut stream, 0.5, 1.0));
-        let mount = se3::exp(&random_tangent(&mut stream, 0.5, 0.2));
-        let ahead = robot * mount * Pose::translation(stream.normal() * 0.3, stream.normal() * 0.3, 2.0);
-        let object = ahead * se3::exp(&random_tangent(&mut stream, 1.0, 0.1));
-        values.insert(Key::Robot(0), Value::Pose(robot));
-        values.insert(Key::Object(0), Value::Pose(object));
-        values.insert(
-            Key::Latent(0),
-            Value::Vector(DVector::from_fn(model.latent_dim(), |_, _| stream.normal())),
-        );
-        let measurement = DVector::from_fn(6, |_, _| stream.normal());
-        let scaling = SemanticScaling { noise: 1.3, information: 0.7 };
-        let keys = [Key::Robot(0), Key::Object(0), Key::Latent(0)];
-        let factor = SemanticFactor::new(keys, model, measurement, mount, 0.4, scaling);
-        if factor.residual(&values).is_none() {
-            continue;
-        }
-        tested += 1;
-        match domain {
-            None => assert!(check(&factor, &values) > 1.0),
-            Some(domain) => {
-                let none = DVector::zeros(domain.dim());
-                values.insert(Key::Domain, Value::Vector(none));
-                let factor_in_domain = DomainFactor::new(factor.clone(), domain);
-                let (plain, as_trained) = (factor.residual(&values), factor_in_domain.residual(&values));
-                assert!((plain.unwrap() - as_trained.unwrap()).amax() < 1e-12);
-                let u = DVector::from_fn(domain.dim(), |_, _| stream.normal());
-                values.insert(Key::Domain, Value::Vector(u));
-                assert!(check(&factor_in_domain, &values) > 1.0);
-            }
-        }
     }
 }
 

@@ -22,6 +22,7 @@ mod ranges;
 mod recovery;
 mod repeatable;
 mod semantic;
+mod semantic_jacobians;
 mod sensors;
 mod shared;
 mod stalled;
