@@ -75,8 +75,8 @@ pub use estimate::{
     UnresolvedReason,
 };
 pub use estimator::{
-    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, Refitted, Semantic, Uninformative,
-    ViewpointPairs,
+    AzimuthHead, Checked, DiscreteClass, Estimator, Geometric, OdometryOnly, Refitted, Semantic,
+    Uninformative, ViewpointPairs,
 };
 pub use input::EstimateError;
 pub use online::{Online, StepObservations};

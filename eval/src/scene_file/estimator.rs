@@ -17,8 +17,8 @@ use vantage_slam::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `domain_adapted` and
-    /// `ideal_azimuth`.
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `domain_adapted`,
+    /// `learning_checked` and `ideal_azimuth`.
     #[garde(length(min = 1))]
     pub rows: Vec<Row>,
     /// Most iterations of Levenberg-Marquardt a problem gets. Default: 100.
@@ -86,7 +86,7 @@ pub struct EstimatorSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown_margin: Option<f64>,
 
-    /// How far an episode may differ from what the model was trained on, for `domain_adapted`. Default: an offset of the model's noise, a
+    /// How far an episode may differ from what the model was trained on, for `domain_adapted` and `learning_checked`. Default: an offset of the model's noise, a
     /// gain of a tenth.
     #[garde(dive)]
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -7,8 +7,8 @@ use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
 use vantage_model::{ObservationModel, PairModel};
 use vantage_slam::{
-    AzimuthHead, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Refitted, Semantic,
-    SemanticSettings, Settings, Uninformative, ViewpointPairs,
+    AzimuthHead, Checked, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Refitted,
+    Semantic, SemanticSettings, Settings, Uninformative, ViewpointPairs,
 };
 
 /// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
@@ -143,6 +143,9 @@ rows! {
     DomainAdapted => |settings: &Settings, reader: Reader<'m>| {
         Semantic::new(settings, reader.model).in_domain(&settings.domain)
     };
+    /// `viewpoint_dependent`, with the noise refitted and a domain learnt on the episode, each kept only where it predicts crops that it did
+    /// not see; runs where a scene names it.
+    LearningChecked => |settings: &Settings, reader: Reader<'m>| Checked::new(settings, reader.model, &settings.domain);
     /// Geometric, with an ideal sensor of azimuths in place of a model: what could be had at best. It reads the truth with noise of two
     /// degrees; runs where a scene names it.
     IdealAzimuth => |settings, reader: Reader<'m>| Semantic::new(&of_an_ideal_sensor(settings), reader.ideal());

@@ -3,6 +3,7 @@
 //! A new one is a file here.
 
 mod azimuth_head;
+mod checked;
 mod discrete_class;
 mod geometric;
 mod hypotheses;
@@ -13,6 +14,7 @@ mod semantic;
 mod uninformative;
 
 pub use azimuth_head::AzimuthHead;
+pub use checked::Checked;
 pub use discrete_class::DiscreteClass;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;

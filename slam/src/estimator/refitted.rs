@@ -19,55 +19,52 @@ pub struct Refitted<'m> {
     model: &'m dyn ObservationModel,
 }
 
-/// A way to read crops, and what came of it.
-struct Tried {
-    semantics: SemanticSettings,
-    estimate: Estimate,
-    evidence: Option<f64>,
-}
-
 impl<'m> Refitted<'m> {
     /// An estimator that reads crops by `model`.
     pub fn new(settings: &Settings, model: &'m dyn ObservationModel) -> Self {
         Self { settings: *settings, model }
     }
-
-    fn tried(
-        &self,
-        semantics: SemanticSettings,
-        observations: &Observations,
-    ) -> Result<Tried, EstimateError> {
-        let settings = Settings { semantics, ..self.settings };
-        let (estimate, evidence) = Semantic::new(&settings, self.model).evidenced(observations)?;
-        Ok(Tried { semantics, estimate, evidence })
-    }
 }
 
 impl Estimator for Refitted<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
-        let told = self.settings.semantics;
-        let mut best = self.tried(told, observations)?;
-        for factor in &NOISE[1..] {
-            let semantics = SemanticSettings { noise_scale: told.noise_scale * factor, ..told };
-            best = best.or(self.tried(semantics, observations)?);
-        }
-        let fitted = best.semantics;
-        for factor in DISCREPANCY {
-            let Some(of) = fitted.azimuth_discrepancy else { break };
-            let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma: of.sigma * factor, ..of });
-            best = best.or(self.tried(SemanticSettings { azimuth_discrepancy, ..fitted }, observations)?);
-        }
-        Ok(best.estimate)
+        let by = |semantics: &SemanticSettings| {
+            let settings = Settings { semantics: *semantics, ..self.settings };
+            Semantic::new(&settings, self.model).evidenced(observations)
+        };
+        Ok(most_probable(self.settings.semantics, by)?.1)
     }
 }
 
-impl Tried {
-    /// The more probable of two; itself where neither is known to be.
-    fn or(self, other: Self) -> Self {
-        match (self.evidence, other.evidence) {
-            (Some(own), Some(others)) if others > own => other,
-            (None, Some(_)) => other,
-            _ => self,
-        }
+/// A way to read crops, what was made by it, and the evidence of it.
+type Tried<T> = (SemanticSettings, T, Option<f64>);
+
+/// The noise and the discrepancy, those that were `told` or larger, of the largest evidence that is defined; those that were told where none
+/// is. With them, what was made `by` them.
+pub(super) fn most_probable<T>(
+    told: SemanticSettings,
+    mut by: impl FnMut(&SemanticSettings) -> Result<(T, Option<f64>), EstimateError>,
+) -> Result<(SemanticSettings, T), EstimateError> {
+    let mut tried = |semantics| by(&semantics).map(|(made, evidence)| (semantics, made, evidence));
+    let mut best = tried(told)?;
+    for factor in &NOISE[1..] {
+        let semantics = SemanticSettings { noise_scale: told.noise_scale * factor, ..told };
+        best = more_probable(best, tried(semantics)?);
+    }
+    let fitted = best.0;
+    for factor in DISCREPANCY {
+        let Some(of) = fitted.azimuth_discrepancy else { break };
+        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma: of.sigma * factor, ..of });
+        best = more_probable(best, tried(SemanticSettings { azimuth_discrepancy, ..fitted })?);
+    }
+    Ok((best.0, best.1))
+}
+
+/// The more probable of two; the first where neither is known to be.
+fn more_probable<T>(own: Tried<T>, other: Tried<T>) -> Tried<T> {
+    match (own.2, other.2) {
+        (Some(of_own), Some(of_other)) if of_other > of_own => other,
+        (None, Some(_)) => other,
+        _ => own,
     }
 }

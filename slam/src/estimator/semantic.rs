@@ -17,7 +17,7 @@ use crate::solve::{Outcome, Solution, solve};
 use crate::unknown_object::log_odds;
 use crate::variable::{Key, Value, Values};
 use nalgebra::DVector;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use vantage_dataset::{Camera, Observations, Pose};
 use vantage_model::{AnswerError, ObservationModel};
 
@@ -29,6 +29,8 @@ pub struct Semantic<'m> {
     semantics: SemanticSettings,
     orientation: OrientationSettings,
     domain: Option<Domain>,
+    /// Detections whose crops are not read.
+    hidden: BTreeSet<usize>,
 }
 
 impl<'m> Semantic<'m> {
@@ -36,13 +38,19 @@ impl<'m> Semantic<'m> {
     pub fn new(settings: &Settings, model: &'m dyn ObservationModel) -> Self {
         let Settings { semantics, orientation, .. } = *settings;
         let discrepant = semantics.azimuth_discrepancy.map(|of| Discrepant::new(model, &of));
-        Self { model, discrepant, geometric: Geometric::new(settings), semantics, orientation, domain: None }
+        let (geometric, domain) = (Geometric::new(settings), None);
+        Self { model, discrepant, geometric, semantics, orientation, domain, hidden: BTreeSet::new() }
     }
 
     /// The same in a domain that it learns, under a prior.
     pub fn in_domain(self, prior: &DomainPrior) -> Self {
         let domain = Some(Domain::new(self.model.noise(), prior));
         Self { domain, ..self }
+    }
+
+    /// The same, without the crops of some detections. Their bearings stay.
+    pub(super) fn without(self, hidden: &BTreeSet<usize>) -> Self {
+        Self { hidden: hidden.clone(), ..self }
     }
 
     /// The model with its discrepancy.
@@ -109,8 +117,10 @@ impl Semantic<'_> {
         let geometric = Before::of(&posterior);
         let mut unknown = BTreeMap::new();
         let added = loop {
-            let known = |track| !unknown.contains_key(&track);
-            let mut added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, known, start)?;
+            let reads = |track, sighting: &Sighting| {
+                !unknown.contains_key(&track) && !self.hidden.contains(&sighting.detection)
+            };
+            let mut added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, reads, start)?;
             try_alternatives(&mut posterior, &mut added, &self.geometric.solver, &self.orientation);
             let found = unknown_of(&semantics, &posterior, &added);
             if found.is_empty() {
@@ -204,12 +214,13 @@ fn unknown_of(
     added.iter().filter_map(is_unknown).collect()
 }
 
-/// Adds orientations, latents and semantic factors to a geometric posterior, of tracks for which `known` holds, and solves again.
+/// Adds orientations, latents and semantic factors to a geometric posterior, of the views of tracks that it
+/// `reads`, and solves again.
 pub(super) fn add_semantics<'m>(
     semantics: &Semantics<'_, 'm>,
     posterior: &mut Posterior<'m>,
     solver: &SolverSettings,
-    known: impl Fn(usize) -> bool,
+    reads: impl Fn(usize, &Sighting) -> bool,
     start: impl Fn(&SemanticObject, &[Sighting], &Values) -> Result<Start, AnswerError>,
 ) -> Result<BTreeMap<usize, Added>, AnswerError> {
     let mut added = BTreeMap::new();
@@ -218,8 +229,15 @@ pub(super) fn add_semantics<'m>(
         return Ok(added);
     }
     let mut values = solution.values.clone();
-    for (&track, of_track) in sightings.iter().filter(|(track, _)| known(**track)) {
+    for (&track, of_track) in sightings.iter() {
+        if !of_track.iter().any(|sighting| reads(track, sighting)) {
+            continue;
+        }
         let Some(mut object) = semantics.object(&values, track, of_track, dropped)? else { continue };
+        object.views.retain(|view| reads(track, &view.sighting));
+        if object.views.is_empty() {
+            continue;
+        }
         let start = start(&object, of_track, &values)?;
         let Some(best) = start.modes.first() else {
             dropped.non_finite += object.views.len();

@@ -46,7 +46,7 @@ impl Estimator for Uninformative<'_> {
             };
             Ok(Start { modes: position.map(upright).into_iter().collect(), margin: 0.0 })
         };
-        let added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, |_| true, start)?;
+        let added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, |_, _| true, start)?;
         let seen = |track| added.get(&track).map(Added::seen);
         Ok(self.geometric.estimate_of(posterior, observations, seen))
     }

@@ -3,9 +3,9 @@
 use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::DVector;
-use vantage_dataset::Seed;
+use vantage_dataset::{Observations, Seed};
 use vantage_model::ObservationModel;
-use vantage_slam::{DomainPrior, Estimator, Outcome, Refitted, Semantic};
+use vantage_slam::{Checked, DomainPrior, Estimate, Estimator, Outcome, Refitted, Semantic};
 
 fn model() -> TanhModel {
     TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1))
@@ -20,38 +20,41 @@ fn moved(world: &mut World, model: &TanhModel, gain: f64, offset: f64) {
     }
 }
 
-/// Mean ATE of the frozen model and of the one in a domain that is learnt.
-fn errors(gain: f64, offset: f64) -> [f64; 2] {
+const PRIOR: DomainPrior = DomainPrior { offset_sigma: 10.0, gain_sigma: 0.3 };
+
+/// Mean ATE of the frozen model, of the one in a domain that is learnt, and of the one that keeps what predicts hidden crops.
+fn errors(gain: f64, offset: f64) -> [f64; 3] {
     let (model, spec) = (model(), WorldSpec::sparse_loop());
     let settings = matching_settings(&spec);
-    let prior = DomainPrior { offset_sigma: 10.0, gain_sigma: 0.3 };
-    let mut sums = [0.0; 2];
+    let mut sums = [0.0; 3];
     for seed in 0..6 {
         let mut world = World::new(&spec, Some(&model), Seed(seed));
         moved(&mut world, &model, gain, offset);
         let frozen = Semantic::new(&settings, &model);
-        let learning = Semantic::new(&settings, &model).in_domain(&prior);
-        for (sum, estimator) in sums.iter_mut().zip([frozen, learning]) {
+        let learning = Semantic::new(&settings, &model).in_domain(&PRIOR);
+        let checked = Checked::new(&settings, &model, &PRIOR);
+        let all: [&dyn Estimator; 3] = [&frozen, &learning, &checked];
+        for (sum, estimator) in sums.iter_mut().zip(all) {
             let estimate = estimator.estimate(&world.observations).unwrap();
             let given_up = matches!(estimate.outcome, Outcome::Diverged | Outcome::Underconstrained { .. });
             assert!(!given_up, "seed {seed}: {}", estimate.outcome);
             *sum += world.ate(&estimate) / 6.0;
         }
     }
-    println!("gain {gain}, offset {offset}: frozen {:.4} m, learning {:.4} m", sums[0], sums[1]);
+    println!("gain {gain}, offset {offset}: frozen, learning and checked {sums:.4?} m");
     sums
 }
 
 #[test]
 fn a_domain_that_differs_from_training_is_learnt() {
-    let [frozen, learning] = errors(1.3, 8.0);
-    assert!(learning < 0.75 * frozen, "{learning} {frozen}");
+    let [frozen, learning, checked] = errors(1.3, 8.0);
+    assert!(learning < 0.75 * frozen && checked < 0.75 * frozen, "{learning} {checked} {frozen}");
 }
 
 #[test]
 fn in_the_domain_of_training_little_is_lost() {
-    let [frozen, learning] = errors(1.0, 0.0);
-    assert!(learning < 1.1 * frozen, "{learning} {frozen}");
+    let [frozen, learning, checked] = errors(1.0, 0.0);
+    assert!(learning < 1.1 * frozen && checked < 1.05 * frozen, "{learning} {checked} {frozen}");
 }
 
 #[test]
@@ -69,4 +72,30 @@ fn noise_that_was_told_too_small_is_refitted_and_right_noise_is_kept() {
     assert_eq!(deviation(0.03, true), deviation(0.03, false), "the right noise");
     let ratio = deviation(0.08, true) / deviation(0.08, false);
     assert!(ratio > 1.2, "told {ratio} times as much");
+}
+
+fn deviation(estimate: &Estimate) -> f64 {
+    estimate.pose_covariances.as_ref().unwrap().last().unwrap().trace().sqrt()
+}
+
+#[test]
+fn what_cannot_be_checked_on_another_session_is_rolled_back() {
+    let (model, spec) = (model(), WorldSpec { semantic_sigma: 0.08, ..WorldSpec::sparse_loop() });
+    let settings = matching_settings(&WorldSpec::sparse_loop());
+    let mut observations = World::new(&spec, Some(&model), Seed(3)).observations;
+    let estimates = |observations: &Observations| {
+        let all: [&dyn Estimator; 3] = [
+            &Semantic::new(&settings, &model),
+            &Refitted::new(&settings, &model),
+            &Checked::new(&settings, &model, &PRIOR),
+        ];
+        all.map(|estimator| estimator.estimate(observations).unwrap())
+    };
+    let [frozen, _, checked] = estimates(&observations);
+    assert!(deviation(&checked) > 1.2 * deviation(&frozen), "of two laps");
+    let half = observations.steps() / 2;
+    observations.detections.retain(|detection| detection.step < half);
+    let [frozen, refitted, checked] = estimates(&observations);
+    assert_eq!(checked.world_from_robot, frozen.world_from_robot);
+    assert_ne!(refitted.world_from_robot, frozen.world_from_robot, "there is something to roll back");
 }
