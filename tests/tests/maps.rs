@@ -69,6 +69,9 @@ fn a_map_has_every_cell_on_its_seeds_and_runs_again_to_the_same_bytes() {
     Finished::of(bench().arg("index").arg(scene.path("out"))).expect(0, &[]);
     let renewed = files(&place);
     assert!(renewed.iter().all(|(page, bytes)| *bytes == after[page]), "`bench index` renews all pages");
+
+    fs::remove_file(place.join(MAP_FILE)).unwrap();
+    Finished::of(bench().arg("index").arg(scene.path("out"))).expect(0, &["little has no map.json"]);
 }
 
 #[test]

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Both terms are evidences by Laplace's method, over the trajectory, the objects and their latents. Otherwise the round is rolled back,
-//! and so it is where no object has a second session.
+//! and so it is where with it the solver does not converge, and where no object has a second session.
 
 use super::refitted::most_probable;
 use super::{Estimator, Semantic};
@@ -19,6 +19,7 @@ use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::settings::{SemanticSettings, Settings};
 use crate::sighting::sightings;
+use crate::solve::Outcome;
 use std::collections::BTreeSet;
 use vantage_dataset::Observations;
 use vantage_model::ObservationModel;
@@ -42,13 +43,20 @@ struct Learnt {
     domain: Option<DomainPrior>,
 }
 
+/// The log-evidence of what is read, nats, and whether the solver came to the maximum that it is about.
+#[derive(Clone, Copy)]
+struct Evidence {
+    log: Option<f64>,
+    is_at_maximum: bool,
+}
+
 /// A run whose crops are read but for the hidden ones, by detection.
 struct Reading<'r> {
     estimator: &'r Checked<'r>,
     observations: &'r Observations,
     hidden: BTreeSet<usize>,
     /// Evidences that are known.
-    known: Vec<(Learnt, Option<f64>)>,
+    known: Vec<(Learnt, Evidence)>,
 }
 
 impl<'m> Checked<'m> {
@@ -67,12 +75,14 @@ impl<'m> Checked<'m> {
 }
 
 impl Reading<'_> {
-    fn evidence(&mut self, learnt: &Learnt) -> Result<Option<f64>, EstimateError> {
+    fn evidence(&mut self, learnt: &Learnt) -> Result<Evidence, EstimateError> {
         if let Some((_, evidence)) = self.known.iter().find(|(known, _)| known == learnt) {
             return Ok(*evidence);
         }
         let semantic = self.estimator.semantic(learnt).without(&self.hidden);
-        let (_, evidence) = semantic.evidenced(self.observations)?;
+        let (estimate, evidence) = semantic.evidenced(self.observations)?;
+        let is_at_maximum = matches!(estimate.outcome, Outcome::Converged | Outcome::Stalled);
+        let evidence = Evidence { log: evidence, is_at_maximum };
         self.known.push((*learnt, evidence));
         Ok(evidence)
     }
@@ -80,7 +90,7 @@ impl Reading<'_> {
     /// The noise refitted on what is read.
     fn refitted(&mut self, before: &Learnt) -> Result<Learnt, EstimateError> {
         let by = |semantics: &SemanticSettings| {
-            Ok(((), self.evidence(&Learnt { semantics: *semantics, ..*before })?))
+            Ok(((), self.evidence(&Learnt { semantics: *semantics, ..*before })?.log))
         };
         let (semantics, ()) = most_probable(before.semantics, by)?;
         Ok(Learnt { semantics, ..*before })
@@ -123,12 +133,14 @@ fn predicts_better(
         if check.hidden.is_empty() {
             return Ok(false);
         }
-        let mut log_predictive = |of: &Learnt| -> Result<Option<f64>, EstimateError> {
-            let (all, read) = (whole.evidence(of)?, check.evidence(of)?);
-            Ok(all.zip(read).map(|(all, read)| all - read))
+        let mut of = |what: &Learnt| -> Result<[Evidence; 2], EstimateError> {
+            Ok([whole.evidence(what)?, check.evidence(what)?])
         };
-        let gain = log_predictive(learnt)?.zip(log_predictive(before)?).map(|(new, old)| new - old);
-        if gain.is_none_or(|gain| gain <= 0.0) {
+        let (learnt, before) = (of(learnt)?, of(before)?);
+        let log_predictive = |[all, read]: [Evidence; 2]| Some(all.log? - read.log?);
+        let gain = log_predictive(learnt).zip(log_predictive(before)).map(|(new, old)| new - old);
+        let converged = learnt.iter().all(|evidence| evidence.is_at_maximum);
+        if !converged || gain.is_none_or(|gain| gain <= 0.0) {
             return Ok(false);
         }
     }

@@ -99,3 +99,36 @@ fn what_cannot_be_checked_on_another_session_is_rolled_back() {
     assert_eq!(checked.world_from_robot, frozen.world_from_robot);
     assert_ne!(refitted.world_from_robot, frozen.world_from_robot, "there is something to roll back");
 }
+
+#[test]
+fn where_there_is_nothing_to_learn_from_the_answer_is_finite() {
+    let (model, sparse) = (model(), WorldSpec::sparse_loop());
+    for (what, spec, garbage) in [
+        ("a robot that stands still", WorldSpec { laps: 0.0, ..sparse }, false),
+        ("one object", WorldSpec { objects: 1, ..sparse }, false),
+        ("no object", WorldSpec { objects: 0, ..sparse }, false),
+        ("measurements of another model", sparse, true),
+    ] {
+        let mut world = World::new(&spec, Some(&model), Seed(2));
+        if garbage {
+            moved(&mut world, &model, -3.0, 200.0);
+        }
+        let settings = matching_settings(&spec);
+        let all: [&dyn Estimator; 3] = [
+            &Refitted::new(&settings, &model),
+            &Semantic::new(&settings, &model).in_domain(&PRIOR),
+            &Checked::new(&settings, &model, &PRIOR),
+        ];
+        let mut errors = [0.0; 3];
+        for (learning, estimator) in all.into_iter().enumerate() {
+            let estimate = estimator.estimate(&world.observations).unwrap();
+            println!("{what}, {learning}: {}, {:.3} m", estimate.outcome, world.ate(&estimate));
+            assert_eq!(estimate.world_from_robot.len(), world.observations.steps(), "{what}");
+            errors[learning] = world.ate(&estimate);
+            assert!(errors[learning].is_finite(), "{what}");
+            let finite = |covariance: &nalgebra::Matrix6<f64>| covariance.iter().all(|x| x.is_finite());
+            assert!(estimate.pose_covariances.iter().flatten().all(finite), "{what}");
+        }
+        assert!(errors[2] < 1.1 * errors[0], "a domain that does not converge is rolled back: {errors:?}");
+    }
+}

@@ -7,6 +7,7 @@ use super::error::BenchError;
 use super::folder::is_there;
 use super::map::{MAP_FILE, map_pages};
 use crate::exit::Exit;
+use crate::progress::Progress;
 use crate::result::kind::ResultKind;
 use crate::result::manifest;
 use crate::result::metric::Metric;
@@ -67,10 +68,15 @@ fn renew_tables(result: &Path) -> Result<(), BenchError> {
     Ok(OutputFolder::probe(result)?.write(TABLES, text.as_bytes())?)
 }
 
-/// Likewise of a map, with its figures; one without its map is left alone.
+/// Likewise of a map, with its figures; one without its map is left alone, which is said.
 fn renew_map(result: &Path) -> Result<(), BenchError> {
     let file = result.join(MAP_FILE);
-    if Standing::read(result).is_none() || !file.exists() {
+    if Standing::read(result).is_none() {
+        return Ok(());
+    }
+    if !file.exists() {
+        let note = format!("note: {} has no {MAP_FILE}; its tables stay as they are", result.display());
+        Progress::detect().note(&note);
         return Ok(());
     }
     let folder = OutputFolder::probe(result)?;
