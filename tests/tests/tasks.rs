@@ -246,7 +246,18 @@ fn what_cannot_be_published_or_scored_is_told_with_a_remedy() {
         fs::write(mine.join("submission.yaml"), format!("{text}\ntask: {}\n", hash(&scene))).unwrap();
         score(&scene, &[]).expect(2, &["mine", words]);
     }
-    score(&scene, &["--evo", "evo"]).expect(2, &["--evo says nothing of a submission"]);
+    for options in [
+        &["--evo", "evo"][..],
+        &["--align", "origin"],
+        &["--delta", "1"],
+        &["--unit", "metres"],
+        &["--all-pairs"],
+        &["--max-difference", "0.01"],
+        &["--map", "map.csv", "--true-map", "true.csv"],
+    ] {
+        let told = format!("{} says nothing of a submission; leave it out", options[0]);
+        score(&scene, options).expect(2, &[&told]);
+    }
     fs::create_dir(mine.join("maps")).unwrap();
     score(&scene, &[]).expect(2, &["maps", "no map; expected 0.csv"]);
     fs::write(mine.join("maps/0.csv"), "x,y,z\n1,2,nan\n").unwrap();

@@ -87,6 +87,7 @@ fn files_of_kitti_and_euroc_are_known_by_their_lines() {
     for told in [rmse([&kitti[0], &kitti[1]]), rmse([&table, &estimate])] {
         assert!(told.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{told:?} {expected:?}");
     }
+    score(&kitti, &["--max-difference", "0.1"]).expect(2, &["--max-difference says nothing", "leave it out"]);
     score(&[kitti[0].clone(), estimate], &[]).expect(2, &["no times"]);
     fs::write(&kitti[1], "1 0 0 0 0 1 0 0 0 0 1 0\n").unwrap();
     score(&kitti, &[]).expect(2, &["40 true and 1 estimated"]);

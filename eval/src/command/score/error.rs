@@ -65,6 +65,14 @@ pub enum ScoreError {
         /// First and last time of the estimate, seconds.
         estimate: [f64; 2],
     },
+    /// An option that says nothing of what is scored.
+    #[error("{option} says nothing of {of}; leave it out")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What is scored.
+        of: &'static str,
+    },
     /// A part of a frame.
     #[error(
         "--delta {delta}: expected a whole number of frames; other distances take --unit metres or --unit degrees"

@@ -4,6 +4,7 @@ mod files;
 
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
+use crate::command::score::error::ScoreError;
 use crate::command::task::error::TaskError;
 use crate::command::task::sealed::{Sealed, Task, published};
 use crate::exit::Exit;
@@ -36,15 +37,8 @@ type Believed = (Seed, Result<Vec<Belief>, String>);
 /// Scores it, and prints tables.
 pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let (sealed, hash) = Sealed::read(&args.truth)?;
-    for (is_given, option) in [
-        (args.map.is_some(), "--map"),
-        (args.true_map.is_some(), "--true-map"),
-        (args.evo.is_some(), "--evo"),
-        (args.all_pairs, "--all-pairs"),
-    ] {
-        if is_given {
-            return Err(TaskError::Option { option, of: "a submission" }.into());
-        }
+    if let Some(option) = args.of_trajectories() {
+        return Err(ScoreError::Option { option, of: "a submission" }.into());
     }
     if let Some(task) = &args.task {
         let expected = Task::read(task)?.truth;
