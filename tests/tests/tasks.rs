@@ -187,6 +187,29 @@ fn what_is_not_told_of_who_is_who_is_not_in_the_task() {
     assert_eq!(scores(&told, "association", "oracle", 0)["scores"]["pair_f1"], 1.0);
 }
 
+#[test]
+fn classes_and_episodes_that_the_task_does_not_have_are_told() {
+    let scene = SmallScene::new(&[]);
+    task(&scene, &[]).expect(0, &[]);
+    let mine = submit_truth(&scene);
+    assert!(!score(&scene, &[]).stderr.contains("note:"), "all is known");
+    let task: Value = serde_json::from_slice(&fs::read(scene.path("task/task.json")).unwrap()).unwrap();
+    let known = task["classes"][0].as_str().unwrap();
+    fs::write(mine.join("maps/0.csv"), format!("x,y,z,label\n1,2,3,tome\n1,2,3,cup\n1,2,3,{known}\n"))
+        .unwrap();
+    fs::write(mine.join("maps/1.csv"), "x,y,z\n1,2,3\n").unwrap();
+    fs::copy(mine.join("maps/1.csv"), mine.join("maps/2.csv")).unwrap();
+    let words = ["2 of 3 objects with a label", "count as wrong: cup, tome; it has", known];
+    score(&scene, &[]).expect(0, &words);
+    score(&scene, &[]).expect(0, &["1 files in", "maps are of no episode and not scored, 2.csv first"]);
+    fs::write(mine.join("maps/0.csv"), "x,y,z,label\n1,2,3,tome\n").unwrap();
+    score(&scene, &[])
+        .expect(2, &["none of the maps' 1 objects", "they are tome", known, "rename the labels"]);
+    let mut alone = bench();
+    alone.arg("score").arg(scene.path("sealed")).arg(&mine);
+    Finished::of(&mut alone).expect(0, &["1 of 1 objects with a label", "that the truth lacks"]);
+}
+
 fn tamper(path: &Path, old: &str, new: &str) {
     let text = fs::read_to_string(path).unwrap();
     assert!(text.contains(old), "{old:?} is not in {text}");

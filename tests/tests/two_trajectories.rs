@@ -162,6 +162,8 @@ fn a_map_is_laid_on_the_truth_as_its_trajectory_is() {
     assert!((of("map_center") - 0.1 / 2f64.sqrt()).abs() < 1e-9, "{told}");
     let table = score(&paths, &options);
     assert!(table.stdout.contains("Recall") && table.stdout.contains("0.666667"), "{}", table.stdout);
+    fs::write(&own, "x,y,z,label\n1,2,0,cup\n1,2,0,mug\n").unwrap();
+    score(&paths, &options).expect(0, &["1 of 2 objects with a label", "cup; it has book, mug"]);
     score(&paths, &options[..2]).expect(2, &["--true-map"]);
     fs::write(&own, "x,y,z\n1,2,zero\n").unwrap();
     score(&paths, &options).expect(2, &["own.csv", "line 2, z", "zero"]);

@@ -81,6 +81,19 @@ pub enum ScoreError {
         /// What was asked for.
         delta: f64,
     },
+    /// Maps in other words than the task's.
+    #[error(
+        "none of the maps' {objects} objects with a label is of a class of the task: they are {unknown}, it has {known}; rename the labels, or \
+         leave the column out"
+    )]
+    Labels {
+        /// Objects with a label.
+        objects: usize,
+        /// What they are labelled, the first few.
+        unknown: String,
+        /// What the task has, the first few.
+        known: String,
+    },
     /// A map that cannot be read.
     #[error(transparent)]
     Map(#[from] ObjectMapError),

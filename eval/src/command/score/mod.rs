@@ -2,6 +2,7 @@
 
 pub mod error;
 mod evo;
+mod labels;
 mod map;
 mod submission;
 

@@ -5,9 +5,11 @@ mod files;
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
 use crate::command::score::error::ScoreError;
+use crate::command::score::labels;
 use crate::command::task::error::TaskError;
 use crate::command::task::sealed::{Sealed, Task, published};
 use crate::exit::Exit;
+use crate::progress::Progress;
 use crate::result::grid::Style;
 use crate::result::results_file::Results;
 use crate::result::run::{Outcome, Run};
@@ -40,15 +42,24 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     if let Some(option) = args.of_trajectories() {
         return Err(ScoreError::Option { option, of: "a submission" }.into());
     }
+    let mut classes = None;
     if let Some(task) = &args.task {
-        let expected = Task::read(task)?.truth;
+        let Task { truth: expected, classes: of_task, .. } = Task::read(task)?;
         if expected != hash {
             let (truth, task) = (args.truth.clone(), task.clone());
             return Err(TaskError::OtherTruth { truth, task, found: hash, expected }.into());
         }
+        classes = Some(of_task.into_iter().collect());
     }
     let submission = Submission::read(&args.estimate, &sealed, &hash)?;
-    let results = Results::new(&sealed.scene, &sealed.scene_hash, submission.tables(&sealed, &args.truth)?);
+    if let Some(classes) = &classes {
+        labels::check(submission.proposals(), classes)?;
+    }
+    let (tables, true_classes) = submission.tables(&sealed, &args.truth)?;
+    if classes.is_none() {
+        labels::tell(submission.proposals(), &true_classes, "the truth", &Progress::detect());
+    }
+    let results = Results::new(&sealed.scene, &sealed.scene_hash, tables);
     if args.json {
         stdout.write_all(results.to_json()?.as_bytes())?;
     } else {
@@ -68,7 +79,9 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 }
 
 impl Submission {
-    fn tables(&self, sealed: &Sealed, truth: &Path) -> Result<Vec<Table>, BenchError> {
+    /// The tables, and the classes of all true objects.
+    fn tables(&self, sealed: &Sealed, truth: &Path) -> Result<(Vec<Table>, BTreeSet<String>), BenchError> {
+        let mut classes = BTreeSet::new();
         let numbers = sealed.numbers();
         let (mut driven, mut associated, mut mapped, mut believed) = (vec![], vec![], vec![], vec![]);
         for (&number, episode) in numbers.iter().zip(&sealed.episodes) {
@@ -77,6 +90,7 @@ impl Submission {
                 return Err(TaskError::OtherEpisode { path: folder }.into());
             }
             let whole = read_episode(&folder)?;
+            classes.extend(whole.truth.objects.iter().map(|object| object.family.clone()));
             let (seen, order) = published(&whole.observations, sealed.association);
             if order != episode.order {
                 return Err(TaskError::OtherEpisode { path: folder }.into());
@@ -135,7 +149,7 @@ impl Submission {
             let runs = self.recalled(&believed);
             tables.push(Table::new(SEMANTICS, &[name], None, &semantics::COLUMNS, &numbers, runs)?);
         }
-        Ok(tables)
+        Ok((tables, classes))
     }
 
     fn run(&self, seed: Seed, scored: Result<Scores, String>) -> Run {
