@@ -11,6 +11,7 @@ use crate::command::task::sealed::{Sealed, Task, published};
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::grid::Style;
+use crate::result::metric::Metric;
 use crate::result::results_file::Results;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::Table;
@@ -139,7 +140,7 @@ impl Submission {
             )?);
         }
         if !associated.is_empty() {
-            let columns = &association::COLUMNS[..9];
+            let columns = &association::OF_OTHERS;
             tables.push(Table::new(ASSOCIATION, &[name], None, columns, &numbers, associated)?);
         }
         if !mapped.is_empty() {
@@ -198,7 +199,9 @@ fn told_scores(whole: &Episode, seen: &Observations, order: &[usize], told: &[Op
         shown: order.iter().map(shown).collect(),
         is_whole: seen.detections.iter().map(is_whole).collect(),
     };
-    truth.scores(told)
+    let mut scores = truth.scores(told);
+    scores.extend(truth.adjusted_information(told).map(|ami| (Metric::Ami, ami)));
+    scores
 }
 
 /// The scores of a map, and what its latents say of the objects that are near; in the axes of the robot's first pose. Objects that no detection
