@@ -9,6 +9,7 @@
 //!
 //! - [`exit`]: an error -> an exit code
 //! - [`progress`]: what is under way -> a bar, or lines
+//! - [`code`]: source code -> its hash, in the keys of the cache
 //! - [`result`]: numbers -> tables with their origin -> files
 //! - [`scene_file`]: YAML -> a checked scene, or a study
 //! - [`score`]: estimate x truth -> numbers
@@ -19,6 +20,7 @@
 //! - [`pipeline`]: scene -> episodes, model, estimates, tables, each stage an entry of the cache
 //! - [`command`]: arguments -> a run of `bench` -> exit code
 
+pub mod code;
 pub mod command;
 pub mod exit;
 pub mod figure;

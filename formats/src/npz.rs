@@ -2,10 +2,15 @@
 //!
 //! Members are stored as they are, without a time, so that equal arrays make equal bytes.
 
-use std::io::{Cursor, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
 use vantage_dataset::store::npy_header;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
+
+/// How many elements are turned to bytes at a time.
+const CHUNK: usize = 8192;
 
 /// The elements of an array, in C order.
 #[derive(Clone, Copy, Debug)]
@@ -20,45 +25,48 @@ pub enum Elements<'a> {
     Text(&'a [&'a str]),
 }
 
-/// An archive under way.
-pub struct Npz(ZipWriter<Cursor<Vec<u8>>>);
+/// An archive under way, in a file: each array goes there before the next is added.
+pub struct Npz(ZipWriter<BufWriter<File>>);
 
 impl Npz {
-    /// An empty one.
-    #[expect(clippy::new_without_default, reason = "it is to be filled and finished")]
-    pub fn new() -> Self {
-        Self(ZipWriter::new(Cursor::new(Vec::new())))
+    /// An empty one at `path`, in place of what is there.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self(ZipWriter::new(BufWriter::new(File::create(path)?))))
     }
 
     /// Adds the array `name` of this shape.
     ///
     /// # Panics
-    /// If the shape does not hold as many elements as there are, or as [`file`](Self::file) does.
-    pub fn array(&mut self, name: &str, shape: &[usize], elements: Elements<'_>) {
-        let (descr, bytes) = elements.bytes();
+    /// If the shape does not hold as many elements as there are.
+    pub fn array(&mut self, name: &str, shape: &[usize], elements: Elements<'_>) -> io::Result<()> {
         assert_eq!(shape.iter().product::<usize>(), elements.len(), "{name}: {shape:?}");
-        let mut member = npy_header(&descr, shape);
-        member.extend(bytes);
-        self.file(&format!("{name}.npy"), &member);
+        let (descr, width) = elements.descr();
+        let header = npy_header(&descr, shape);
+        self.start(&format!("{name}.npy"), header.len() + width * elements.len())?;
+        self.0.write_all(&header)?;
+        elements.write(width, &mut self.0)
     }
 
     /// Adds a member that is no array.
-    ///
-    /// # Panics
-    /// If there is one of this name, or it has 4 GiB.
-    pub fn file(&mut self, name: &str, bytes: &[u8]) {
+    pub fn file(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        self.start(name, bytes.len())?;
+        self.0.write_all(bytes)
+    }
+
+    /// Ends the archive; its bytes are on disk then.
+    pub fn finish(self) -> io::Result<()> {
+        let mut file = self.0.finish()?;
+        file.flush()?;
+        file.get_ref().sync_all()
+    }
+
+    fn start(&mut self, name: &str, bytes: usize) -> io::Result<()> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .last_modified_time(zip::DateTime::default())
+            .large_file(bytes as u64 >= u64::from(u32::MAX))
             .unix_permissions(0o644);
-        let written =
-            self.0.start_file(name, options).map_err(Into::into).and_then(|()| self.0.write_all(bytes));
-        written.expect("memory takes a new member below 4 GiB");
-    }
-
-    /// The archive's bytes.
-    pub fn finish(self) -> Vec<u8> {
-        self.0.finish().expect("memory takes the directory").into_inner()
+        Ok(self.0.start_file(name, options)?)
     }
 }
 
@@ -72,38 +80,61 @@ impl Elements<'_> {
         }
     }
 
-    /// NumPy's name of the elements, and their bytes.
-    fn bytes(&self) -> (String, Vec<u8>) {
+    /// NumPy's name of the elements, and the bytes of each.
+    fn descr(&self) -> (String, usize) {
         match self {
-            Self::F64(of) => ("<f8".to_owned(), of.iter().flat_map(|x| x.to_le_bytes()).collect()),
-            Self::F32(of) => ("<f4".to_owned(), of.iter().flat_map(|x| x.to_le_bytes()).collect()),
-            Self::I64(of) => ("<i8".to_owned(), of.iter().flat_map(|x| x.to_le_bytes()).collect()),
+            Self::F64(_) => ("<f8".to_owned(), 8),
+            Self::F32(_) => ("<f4".to_owned(), 4),
+            Self::I64(_) => ("<i8".to_owned(), 8),
             Self::Text(of) => {
                 let longest = of.iter().map(|text| text.len()).max().unwrap_or(0).max(1);
-                let padded = |text: &&str| {
-                    let mut bytes = text.as_bytes().to_vec();
-                    bytes.resize(longest, 0);
-                    bytes
-                };
-                (format!("|S{longest}"), of.iter().flat_map(padded).collect())
+                (format!("|S{longest}"), longest)
             }
         }
     }
+
+    /// Writes them, some at a time.
+    fn write(&self, width: usize, to: &mut impl Write) -> io::Result<()> {
+        match self {
+            Self::F64(of) => chunks(of, to, |x, bytes| bytes.extend(x.to_le_bytes())),
+            Self::F32(of) => chunks(of, to, |x, bytes| bytes.extend(x.to_le_bytes())),
+            Self::I64(of) => chunks(of, to, |x, bytes| bytes.extend(x.to_le_bytes())),
+            Self::Text(of) => chunks(of, to, |text, bytes| {
+                bytes.extend(text.as_bytes());
+                bytes.extend(std::iter::repeat_n(0, width - text.len()));
+            }),
+        }
+    }
+}
+
+fn chunks<T>(of: &[T], to: &mut impl Write, add: impl Fn(&T, &mut Vec<u8>)) -> io::Result<()> {
+    let mut bytes = Vec::new();
+    for chunk in of.chunks(CHUNK) {
+        bytes.clear();
+        chunk.iter().for_each(|element| add(element, &mut bytes));
+        to.write_all(&bytes)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Read;
+    use std::io::{Cursor, Read};
     use zip::ZipArchive;
 
     fn written() -> Vec<u8> {
-        let mut npz = Npz::new();
-        npz.array("x", &[2, 2], Elements::F64(&[1.0, f64::NAN, -0.5, 1e300]));
-        npz.array("names", &[2], Elements::Text(&["mug", "b"]));
-        npz.array("none", &[0, 3], Elements::F32(&[]));
-        npz.file("info.json", b"{}");
-        npz.finish()
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npz");
+        let mut npz = Npz::create(&path).unwrap();
+        npz.array("x", &[2, 2], Elements::F64(&[1.0, f64::NAN, -0.5, 1e300])).unwrap();
+        npz.array("names", &[2], Elements::Text(&["mug", "b"])).unwrap();
+        npz.array("none", &[0, 3], Elements::F32(&[])).unwrap();
+        let numbers: Vec<i64> = (0..2 * CHUNK as i64 + 1).collect();
+        npz.array("many", &[numbers.len()], Elements::I64(&numbers)).unwrap();
+        npz.file("info.json", b"{}").unwrap();
+        npz.finish().unwrap();
+        std::fs::read(path).unwrap()
     }
 
     #[test]
@@ -122,6 +153,9 @@ mod tests {
         let names = read("names.npy");
         assert!(String::from_utf8_lossy(&names).contains("'|S3', 'fortran_order': False, 'shape': (2,), }"));
         assert_eq!(names[128..], *b"mugb\0\0");
+        let many = read("many.npy");
+        let last = (2 * CHUNK as i64).to_le_bytes();
+        assert_eq!((many.len(), &many[many.len() - 8..]), (128 + 8 * (2 * CHUNK + 1), &last[..]));
         assert_eq!((read("none.npy").len(), read("info.json")), (128, b"{}".to_vec()));
     }
 
@@ -133,6 +167,8 @@ mod tests {
     #[test]
     #[should_panic(expected = "x: [3]")]
     fn a_shape_of_other_elements_is_a_bug() {
-        Npz::new().array("x", &[3], Elements::I64(&[1, 2]));
+        let folder = tempfile::tempdir().unwrap();
+        let mut npz = Npz::create(&folder.path().join("a.npz")).unwrap();
+        let _ = npz.array("x", &[3], Elements::I64(&[1, 2]));
     }
 }

@@ -5,7 +5,8 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use vantage_eval::command::{
-    ASSOCIATIONS, INDEX, MAP_FILE, associations, folders, index, map_pages, scene_table, scenes,
+    ASSOCIATIONS, INDEX, MAP_FILE, STUDY_FILE, associations, folders, index, map_pages, scene_table, scenes,
+    study_pages,
 };
 use vantage_eval::figure::gains::gains_svg;
 use vantage_eval::result::kind::ResultKind;
@@ -108,7 +109,16 @@ fn results_of_studies_are_of_the_studies_as_they_are() {
         let hash = study
             .hash(&[Some(of_scene), scored].into_iter().flatten().collect::<Vec<_>>().join(" "))
             .unwrap();
-        assert_eq!(results.scene_hash, hash, "{}: run `bench study STUDY --out results`", path.display());
+        let remedy = format!("{}: run `bench study STUDY --out results`", path.display());
+        assert_eq!(results.scene_hash, hash, "{remedy}");
+        let folder = ResultKind::Study.place(&root().join("results"), &study.name);
+        for (name, bytes) in study_pages(&study, &results).unwrap() {
+            assert!(std::fs::read(folder.join(name)).unwrap() == bytes, "{name}: {remedy}");
+        }
+        if folder.join(STUDY_FILE).exists() {
+            let run: StudyFile = scene_file::read(&folder.join(STUDY_FILE)).unwrap();
+            assert_eq!(run, study, "{remedy}");
+        }
     }
 }
 
@@ -156,7 +166,7 @@ fn tables_are_those_of_the_raw_scores_beside_them_and_nothing_else_is_a_table() 
         let (model, caveat) = (manifest["model_hash"].as_str(), manifest["caveat"].as_str());
         let of_today = shown == markdown(&results, model, caveat);
         assert!(of_today, "{}: run `bench index results`", folder.display());
-        let known = [TABLES_FILE, "README.md", "variants.md", FILE_NAME, "manifest.json"];
+        let known = [TABLES_FILE, "README.md", "variants.md", STUDY_FILE, FILE_NAME, "manifest.json"];
         for entry in std::fs::read_dir(&folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
             let picture = name.ends_with(".svg") || name.ends_with(".png");

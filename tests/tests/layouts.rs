@@ -84,6 +84,7 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
             .contains("the views in test")
     );
     study("test", "known_views: [2, 1000]\n").expect(0, &[]);
+    assert!(scene.path("out/studies/imported/study.json").exists());
     let tables = fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap();
     let known = tables.split("known_views_2, ").nth(1).unwrap();
     assert!(

@@ -14,7 +14,8 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 fn results(scene: &SmallScene) -> Vec<(PathBuf, Vec<u8>)> {
     let found = files(&scene.path("out/scenes/small"));
-    let pictures = ["gains.svg", "trajectory.svg", "nees.svg", "crops.png"];
+    let pictures =
+        ["gains.svg", "trajectory.svg", "nees.svg", "crops.png", "predictions.png", "viewpoints.png"];
     for expected in [&pictures[..], &["results.json", "1/truth.tum", "1/viewpoint_dependent.tum"]].concat() {
         assert!(found.iter().any(|(name, _)| name == Path::new(expected)), "{expected} is missing");
     }

@@ -18,6 +18,8 @@ fn a_run_ends_with_its_page() {
     for part in [
         "<caption>trajectory, mean +- 95% interval over 2 seeds",
         "gains.svg",
+        "What the decoder predicts from other viewpoints beside what is seen from them",
+        "Likelihood of each viewpoint given one crop",
         "scene hash",
         "data:image/svg+xml;base64,",
     ] {

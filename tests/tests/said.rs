@@ -29,7 +29,7 @@ fn two_tables_are_printed_that_fit_and_then_where_files_lie() {
     let paths: Vec<&str> =
         said.split_whitespace().filter(|word| word.starts_with(folder.to_str().unwrap())).collect();
     let (of_seeds, files): (Vec<&str>, Vec<&str>) = paths.iter().partition(|path| path.contains("<seed>"));
-    assert_eq!((of_seeds.len(), files.len()), (1, 8), "{said}");
+    assert_eq!((of_seeds.len(), files.len()), (1, 10), "{said}");
     assert!(files.iter().all(|path| Path::new(path).exists()), "{files:?}");
     assert!(
         said.contains("95% interval") && said.lines().last().unwrap().ends_with("of 2 seeds are better."),

@@ -123,7 +123,8 @@ fn a_task_holds_nothing_that_was_true_and_the_truth_is_a_perfect_answer() {
         let driven = &scores(&told, "trajectory", "oracle", episode)["scores"]["ate"];
         assert!(driven.as_f64().unwrap() < 1e-9, "{driven}");
         assert!(scores(&told, "trajectory", "odometry", episode)["scores"]["ate"].as_f64().unwrap() > 1e-6);
-        assert_eq!(scores(&told, "association", "oracle", episode)["scores"]["pair_f1"], 1.0);
+        let associated = &scores(&told, "association", "oracle", episode)["scores"];
+        assert_eq!((&associated["pair_f1"], &associated["ami"]), (&1.0.into(), &1.0.into()));
         let mapped = scores(&told, "object_map", "oracle", episode)["scores"].clone();
         assert!(mapped["map_center"].as_f64().unwrap() < 1e-9, "{mapped}");
     }
@@ -187,6 +188,29 @@ fn what_is_not_told_of_who_is_who_is_not_in_the_task() {
     assert_eq!(scores(&told, "association", "oracle", 0)["scores"]["pair_f1"], 1.0);
 }
 
+#[test]
+fn classes_and_episodes_that_the_task_does_not_have_are_told() {
+    let scene = SmallScene::new(&[]);
+    task(&scene, &[]).expect(0, &[]);
+    let mine = submit_truth(&scene);
+    assert!(!score(&scene, &[]).stderr.contains("note:"), "all is known");
+    let task: Value = serde_json::from_slice(&fs::read(scene.path("task/task.json")).unwrap()).unwrap();
+    let known = task["classes"][0].as_str().unwrap();
+    fs::write(mine.join("maps/0.csv"), format!("x,y,z,label\n1,2,3,tome\n1,2,3,cup\n1,2,3,{known}\n"))
+        .unwrap();
+    fs::write(mine.join("maps/1.csv"), "x,y,z\n1,2,3\n").unwrap();
+    fs::copy(mine.join("maps/1.csv"), mine.join("maps/2.csv")).unwrap();
+    let words = ["2 of 3 objects with a label", "count as wrong: cup, tome; it has", known];
+    score(&scene, &[]).expect(0, &words);
+    score(&scene, &[]).expect(0, &["1 files in", "maps are of no episode and not scored, 2.csv first"]);
+    fs::write(mine.join("maps/0.csv"), "x,y,z,label\n1,2,3,tome\n").unwrap();
+    score(&scene, &[])
+        .expect(2, &["none of the maps' 1 objects", "they are tome", known, "rename the labels"]);
+    let mut alone = bench();
+    alone.arg("score").arg(scene.path("sealed")).arg(&mine);
+    Finished::of(&mut alone).expect(0, &["1 of 1 objects with a label", "that the truth lacks"]);
+}
+
 fn tamper(path: &Path, old: &str, new: &str) {
     let text = fs::read_to_string(path).unwrap();
     assert!(text.contains(old), "{old:?} is not in {text}");
@@ -246,7 +270,18 @@ fn what_cannot_be_published_or_scored_is_told_with_a_remedy() {
         fs::write(mine.join("submission.yaml"), format!("{text}\ntask: {}\n", hash(&scene))).unwrap();
         score(&scene, &[]).expect(2, &["mine", words]);
     }
-    score(&scene, &["--evo", "evo"]).expect(2, &["--evo says nothing of a submission"]);
+    for options in [
+        &["--evo", "evo"][..],
+        &["--align", "origin"],
+        &["--delta", "1"],
+        &["--unit", "metres"],
+        &["--all-pairs"],
+        &["--max-difference", "0.01"],
+        &["--map", "map.csv", "--true-map", "true.csv"],
+    ] {
+        let told = format!("{} says nothing of a submission; leave it out", options[0]);
+        score(&scene, options).expect(2, &[&told]);
+    }
     fs::create_dir(mine.join("maps")).unwrap();
     score(&scene, &[]).expect(2, &["maps", "no map; expected 0.csv"]);
     fs::write(mine.join("maps/0.csv"), "x,y,z\n1,2,nan\n").unwrap();

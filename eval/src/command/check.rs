@@ -29,13 +29,8 @@ pub fn check(args: &CheckArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     let baseline = Results::read(&folder)?;
     comparable(&baseline, &scene.name, &scene_file::hash(&scene)?, &seeds(&scene, &args.stages))?;
     let has = |table| baseline.table(table).is_some();
-    let beside = Beside {
-        online: has(ONLINE),
-        dump: false,
-        associate: has(ASSOCIATION),
-        associations: &[],
-        part: Part::default(),
-    };
+    let beside =
+        Beside { online: has(ONLINE), associate: has(ASSOCIATION), associations: &[], part: Part::default() };
     let files = [&args.junit, &args.markdown, &args.json].into_iter().flatten();
     files
         .clone()

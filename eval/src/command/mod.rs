@@ -27,6 +27,7 @@ mod shell;
 pub mod source;
 #[cfg(feature = "train")]
 mod study;
+mod study_pages;
 mod sweep;
 mod task;
 #[cfg(feature = "train")]
@@ -49,6 +50,7 @@ pub use score::score;
 pub use shell::{completions, man};
 #[cfg(feature = "train")]
 pub use study::study;
+pub use study_pages::{STUDY_FILE, study_pages};
 pub use sweep::sweep;
 pub use task::task;
 #[cfg(feature = "train")]

@@ -6,6 +6,7 @@ pub mod crop_table;
 pub mod embedding_map;
 mod error;
 pub mod gains;
+pub mod law;
 pub mod likelihood;
 pub mod map;
 pub mod nees;

@@ -8,7 +8,6 @@ mod associator_row;
 mod azimuth_sensor;
 mod beliefs;
 mod cells;
-mod code;
 mod embedding;
 mod episodes;
 mod error;
@@ -29,13 +28,14 @@ mod training;
 mod unseen;
 mod views;
 
+use crate::code;
+
 pub use associations::{
     Associated, GIVEN, SeedAssociations, association_rows, association_table, associations,
 };
 pub use associator_row::{AssociatorRow, Told};
 pub use azimuth_sensor::AzimuthSensor;
 pub use cells::{Cell, CellRuns, Pass, cell, row_names};
-pub use code::SIMULATED;
 pub use embedding::embedding;
 pub use episodes::{EpisodeFolder, SeedEpisode, TRUE_MOTION, concerns_one_seed, episodes, recorded_caveat};
 pub use error::StageError;

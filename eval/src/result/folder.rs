@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 use vantage_dataset::store::FolderLock;
+use vantage_formats::npz::Npz;
 
 /// The manifest's place while files are written: what they are of, and which an earlier run left.
 const PARTIAL: &str = "manifest.partial.json";
@@ -75,6 +77,16 @@ impl ResultFolder {
     pub fn write_trajectory(&self, name: &str, trajectory: &Trajectory) -> Result<(), SaveError> {
         self.written.borrow_mut().insert(name.to_owned());
         Ok(self.folder.write_trajectory(name, trajectory)?)
+    }
+
+    /// Writes an archive of arrays: see [`OutputFolder::write_npz`].
+    pub fn write_npz(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut Npz) -> io::Result<()>,
+    ) -> Result<(), SaveError> {
+        self.written.borrow_mut().insert(name.to_owned());
+        Ok(self.folder.write_npz(name, fill)?)
     }
 
     /// Removes what is not of these results, and writes the manifest, which names all files.

@@ -47,6 +47,8 @@ metrics! {
     Extents => "Extents", "extents_m", Meter, Lower;
     /// Adjusted Rand index: [`crate::score::clustering::cluster_scores`].
     Ari => "ARI", "ari", Ratio, Higher;
+    /// Adjusted mutual information: [`crate::score::adjusted_information::adjusted_information`].
+    Ami => "AMI", "ami", Ratio, Higher;
     /// Normalized mutual information.
     Nmi => "NMI", "nmi", Ratio, Higher;
     VMeasure => "V-measure", "v_measure", Ratio, Higher;

@@ -9,6 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::store::{FolderLock, StoreError, rename_durably, write_atomically, write_tum};
+use vantage_formats::npz::Npz;
 
 /// File by which a folder is found writable.
 const PROBE: &str = ".probe.tmp";
@@ -84,6 +85,21 @@ impl OutputFolder {
     ) -> Result<(), StoreError> {
         self.write_with(relative, |path| {
             write_tum(path, trajectory.timestamps(), trajectory.world_from_robot()).map(drop)
+        })
+    }
+
+    /// Has an archive of arrays written, in the same way.
+    pub fn write_npz(
+        &self,
+        relative: impl AsRef<Path>,
+        fill: impl FnOnce(&mut Npz) -> io::Result<()>,
+    ) -> Result<(), StoreError> {
+        self.write_with(relative, |path| {
+            let written = Npz::create(path).and_then(|mut npz| {
+                fill(&mut npz)?;
+                npz.finish()
+            });
+            written.map_err(|source| StoreError::Write { path: path.to_owned(), source })
         })
     }
 

@@ -20,7 +20,7 @@ pub use kind::FileKind;
 pub use place::{misfit, place_of_variant};
 pub use read::{parse, read};
 
-use crate::pipeline::SIMULATED;
+use crate::code::SIMULATED;
 use crate::progress::{Progress, Stage};
 use estimator::EstimatorSpec;
 use garde::Validate;

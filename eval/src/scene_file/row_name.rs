@@ -15,6 +15,11 @@ pub const TRUTH: &str = "truth";
 
 const DISCRETE_CLASS: &str = "discrete_class";
 
+/// The row of a variant with a process beside its model.
+pub fn with_process(variant: &str) -> String {
+    format!("{variant}+process")
+}
+
 /// The name of a scene's own model, which is what it is.
 pub fn kind_name(manifest: &Manifest) -> String {
     let trained = manifest.training.details.as_ref().map(|details| details.spec.objective);

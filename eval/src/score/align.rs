@@ -12,8 +12,11 @@ pub struct Similarity {
     pub scale: f64,
     /// `a_from_b` of points that were scaled by it.
     pub scaled: Pose,
-    /// Directions that the points span, from 0 in one place to 3; below 2 others are as good.
-    pub rank: usize,
+    /// How far the points spread along their line, squared: the largest singular value of their covariance.
+    pub along: f64,
+    /// Likewise, across it, less what a reflection would take. What a turn about the line by `t` adds to half the mean squared residual is
+    /// this times `1 - cos t`: at 0 all turns are as good.
+    pub across: f64,
 }
 
 /// A rigid transform `T` of least `sum |x_in_a - T x_in_b|^2`: one of many that are as good where the points lie on a line or in one
@@ -56,8 +59,9 @@ pub fn similarity(in_a: &[Vector3<f64>], in_b: &[Vector3<f64>]) -> Option<Simila
     // Eq. 42 and 41.
     let scale = (Matrix3::from_diagonal(&values) * s).trace() / variance;
     let laid = |scale: f64| Pose::from_parts((mean_a - rotation * mean_b * scale).into(), rotation);
-    let rank = values.iter().filter(|value| **value > f64::EPSILON * values.max().max(1.0)).count();
-    Some(Similarity { rigid: laid(1.0), scale, scaled: laid(scale), rank })
+    let [along, second, third] = order.map(|i| values[i]);
+    let across = second + s[(order[2], order[2])] * third;
+    Some(Similarity { rigid: laid(1.0), scale, scaled: laid(scale), along, across })
 }
 
 #[cfg(test)]
@@ -65,7 +69,7 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use proptest::prelude::*;
-    use vantage_dataset::{Tangent, se3};
+    use vantage_dataset::{Seed, Tangent, se3};
 
     const POINTS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.5, 0.3, 0.0]];
 
@@ -79,6 +83,33 @@ mod tests {
             let found = umeyama(&in_a, &in_b).unwrap();
             assert_relative_eq!(found.to_homogeneous(), a_from_b.to_homogeneous(), epsilon = 1e-9);
         }
+    }
+
+    #[test]
+    fn a_turn_about_the_line_costs_what_is_promised() {
+        let mut stream = Seed(1).stream("points", 0);
+        let mut point = |spread: [f64; 3]| Vector3::from(spread.map(|s| s * stream.normal()));
+        let in_b: Vec<Vector3<f64>> = (0..40).map(|_| point([5.0, 0.3, 0.1])).collect();
+        let in_a: Vec<Vector3<f64>> = in_b.iter().map(|p| p + point([0.02; 3])).collect();
+        let found = similarity(&in_a, &in_b).unwrap();
+        let cost = |turn: f64| {
+            let center = in_a.iter().sum::<Vector3<f64>>() / 40.0;
+            let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), turn);
+            let residual = |(a, b): (&Vector3<f64>, &Vector3<f64>)| {
+                let laid = found.rigid.transform_point(&(*b).into()).coords;
+                (a - center - about_x * (laid - center)).norm_squared()
+            };
+            in_a.iter().zip(&in_b).map(residual).sum::<f64>() / 80.0
+        };
+        for turn in [0.5f64, 2.0, 3.0] {
+            let promised = found.across * (1.0 - libm::cos(turn));
+            assert_relative_eq!(cost(turn) - cost(0.0), promised, max_relative = 0.1);
+        }
+        assert_relative_eq!(found.along, 25.0, max_relative = 0.5);
+        // Of points in a plane, and of their mirror image.
+        let flat = |turned: f64| Vector3::new(0.0, turned, 0.0);
+        let plane = [Vector3::x(), -Vector3::x(), flat(0.5), flat(-0.5)];
+        assert_relative_eq!(similarity(&plane, &plane).unwrap().across, 0.125, epsilon = 1e-12);
     }
 
     #[test]

@@ -8,6 +8,10 @@ use serde::Serialize;
 use thiserror::Error;
 use vantage_dataset::Pose;
 
+/// Positions that spread less across their line than this share of what they do along it lie nearly on it: an error of a thousandth of the path,
+/// which the best odometry has, then turns the estimate by any angle.
+const NEARLY_STRAIGHT: f64 = 1e-3;
+
 /// What of the estimate's frame is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
@@ -41,12 +45,20 @@ pub struct Laid {
 pub enum AlignmentError {
     /// The positions leave a part of the alignment free.
     #[error(
-        "the positions lie {place}: no alignment of this kind is determined by them; choose another, such as --align origin"
+        "the positions lie {place}: they spread across it below a thousandth of what they do along it, and no alignment of this kind is \
+         determined by them; take {remedy}"
     )]
-    Degenerate {
+    Straight {
         /// On what.
         place: &'static str,
+        /// What is determined.
+        remedy: &'static str,
     },
+    /// Likewise, as there is one position.
+    #[error(
+        "the positions lie in one place: no alignment of this kind is determined by them; take --align origin"
+    )]
+    OnePlace,
     /// Poses that are not finite once they are scaled.
     #[error(transparent)]
     Pairs(#[from] PairsError),
@@ -56,11 +68,16 @@ impl Alignment {
     /// What lays the estimate on the truth: its positions are scaled, then moved.
     pub fn of(self, pairs: &Pairs) -> Result<Laid, AlignmentError> {
         let positions = |poses: &[Pose]| poses.iter().map(|p| p.translation.vector).collect::<Vec<_>>();
-        let best = || {
+        let spread = || {
             let found = similarity(&positions(pairs.truth()), &positions(pairs.estimate()));
-            found
-                .filter(|found| found.rank > 1)
-                .ok_or(AlignmentError::Degenerate { place: "on a line or in one place" })
+            found.filter(|found| found.along > f64::EPSILON).ok_or(AlignmentError::OnePlace)
+        };
+        let best = || {
+            let found = spread()?;
+            let remedy = "--align yaw or --align origin";
+            let straight = AlignmentError::Straight { place: "on a line, or nearly so", remedy };
+            // Both are squares.
+            if found.across < NEARLY_STRAIGHT.powi(2) * found.along { Err(straight) } else { Ok(found) }
         };
         let (scale, truth_from_estimate) = match self {
             Self::None => (1.0, Pose::identity()),
@@ -70,7 +87,7 @@ impl Alignment {
                 let Similarity { scale, scaled, .. } = best()?;
                 (scale, scaled)
             }
-            Self::Scale => (best()?.scale, Pose::identity()),
+            Self::Scale => (spread()?.scale, Pose::identity()),
             Self::Yaw => (1.0, by_yaw(&positions(pairs.truth()), &positions(pairs.estimate()))?),
         };
         Ok(Laid { scale, truth_from_estimate })
@@ -92,15 +109,21 @@ impl Alignment {
 fn by_yaw(truth: &[Vector3<f64>], estimate: &[Vector3<f64>]) -> Result<Pose, AlignmentError> {
     let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let (of_truth, of_estimate) = (mean(truth), mean(estimate));
-    let (mut sine, mut cosine, mut spread) = (0.0, 0.0, 0.0);
+    let (mut sine, mut cosine, mut spread) = (0.0, 0.0, [0.0; 2]);
     for (t, e) in truth.iter().zip(estimate) {
         let (t, e) = (t - of_truth, e - of_estimate);
         sine += e.x * t.y - e.y * t.x;
         cosine += e.x * t.x + e.y * t.y;
-        spread += t.xy().norm_squared() + e.xy().norm_squared();
+        spread[0] += t.norm_squared();
+        spread[1] += e.norm_squared();
     }
-    if libm::hypot(sine, cosine) <= f64::EPSILON * spread {
-        return Err(AlignmentError::Degenerate { place: "one above the other" });
+    let whole = (spread[0] * spread[1]).sqrt();
+    if whole <= f64::EPSILON * truth.len() as f64 {
+        return Err(AlignmentError::OnePlace);
+    }
+    if libm::hypot(sine, cosine) < NEARLY_STRAIGHT.powi(2) * whole {
+        let (place, remedy) = ("one above the other, or nearly so", "--align origin");
+        return Err(AlignmentError::Straight { place, remedy });
     }
     let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), libm::atan2(sine, cosine));
     Ok(Pose::from_parts(Translation3::from(of_truth - rotation * of_estimate), rotation))
@@ -147,15 +170,38 @@ mod tests {
 
     #[test]
     fn positions_that_leave_it_free_are_an_error() {
-        let line: Vec<Pose> = (0..5).map(|i| Pose::translation(f64::from(i), 0.0, 0.0)).collect();
-        let post: Vec<Pose> = (0..5).map(|i| Pose::translation(0.0, 0.0, f64::from(i))).collect();
-        let pairs = |poses: &[Pose]| Pairs::by_step(poses, poses).unwrap();
-        for alignment in [Alignment::Se3, Alignment::Sim3, Alignment::Scale] {
-            let told = alignment.apply(&pairs(&line)).unwrap_err().to_string();
-            assert!(told.contains("line") && told.contains("--align origin"), "{told}");
+        // Nine metres along an axis, and so much across it.
+        let path = |along: Vector3<f64>, across: f64| -> Vec<Pose> {
+            let off = |i: i32| (along.zxy() * f64::from(i % 2) + along.yzx() * f64::from(i % 3)) * across;
+            (0..10)
+                .map(|i| Pose::from_parts((along * f64::from(i) + off(i)).into(), UnitQuaternion::identity()))
+                .collect()
+        };
+        let told = |alignment: Alignment, poses: &[Pose]| {
+            alignment.apply(&Pairs::by_step(poses, poses).unwrap()).err().map(|error| error.to_string())
+        };
+        for across in [0.0, 1e-9, 1e-4, 1e-3] {
+            let line = path(Vector3::x(), across);
+            for alignment in [Alignment::Se3, Alignment::Sim3] {
+                let told = told(alignment, &line).unwrap();
+                assert!(
+                    told.contains("on a line") && told.contains("--align yaw or --align origin"),
+                    "{told}"
+                );
+            }
+            let determined = [Alignment::Scale, Alignment::Yaw, Alignment::Origin];
+            assert!(determined.into_iter().all(|alignment| told(alignment, &line).is_none()), "{across}");
+            let post = path(Vector3::z(), across);
+            assert!(told(Alignment::Yaw, &post).unwrap().contains("one above the other"), "{across}");
         }
-        assert!(Alignment::Yaw.apply(&pairs(&line)).is_ok());
-        assert!(Alignment::Yaw.apply(&pairs(&post)).is_err());
-        assert!(Alignment::Origin.apply(&pairs(&post)).is_ok());
+        for axis in [Vector3::x(), Vector3::z()] {
+            let bent = path(axis, 0.03);
+            for alignment in [Alignment::Se3, Alignment::Sim3, Alignment::Scale, Alignment::Yaw] {
+                assert_eq!(told(alignment, &bent), None, "{alignment:?}");
+            }
+        }
+        for alignment in [Alignment::Se3, Alignment::Sim3, Alignment::Scale, Alignment::Yaw] {
+            assert!(told(alignment, &path(Vector3::zeros(), 0.0)).unwrap().contains("in one place"));
+        }
     }
 }

@@ -3,6 +3,7 @@
 //! Detections that show nothing are left out of pairs and of the adjusted Rand index; of tracklets, those that were never seen whole are left out
 //! of what counts tracklets. Objects' numbers say nothing: only what is of one object counts.
 
+use super::adjusted_information::adjusted_information;
 use super::clustering::cluster_scores;
 use super::embedding::Scores;
 use super::identity::identity_f1;
@@ -31,6 +32,20 @@ pub const COLUMNS: [Metric; 17] = [
     Metric::Hypotheses,
     Metric::AteOfGeometric,
     Metric::AteOfLearned,
+];
+
+/// Those of an association that others made.
+pub const OF_OTHERS: [Metric; 10] = [
+    Metric::PairPrecision,
+    Metric::PairRecall,
+    Metric::PairF1,
+    Metric::Ari,
+    Metric::Ami,
+    Metric::IdentityF1,
+    Metric::ObjectsFound,
+    Metric::FalseTaken,
+    Metric::LoopPrecision,
+    Metric::LoopRecall,
 ];
 
 /// What is true of tracklets.
@@ -98,18 +113,29 @@ impl TrueTracklets {
         ])
     }
 
-    fn of_pairs(&self, labels: &[Option<usize>]) -> Scores {
+    /// Adjusted mutual information of detections, where objects are told for each tracklet.
+    pub fn adjusted_information(&self, told: &[Option<usize>]) -> Option<f64> {
+        let labels: Vec<Option<usize>> = self.tracklets.iter().map(|&tracklet| told[tracklet]).collect();
+        let (truth, told) = self.clusters(&labels);
+        adjusted_information(&truth, &told)
+    }
+
+    /// The true and the told object of each detection that shows one. What is told to be of nothing is one of its own.
+    fn clusters(&self, labels: &[Option<usize>]) -> (Vec<usize>, Vec<usize>) {
         let (mut truth, mut told) = (Vec::new(), Vec::new());
         for (i, (shown, label)) in self.shown.iter().zip(labels).enumerate() {
             if let Some(object) = shown {
                 truth.push(*object);
-                // A detection that is told to be of nothing is one of its own.
                 told.push(label.map_or((1, i), |label| (0, label)));
             }
         }
         let names: BTreeSet<(usize, usize)> = told.iter().copied().collect();
         let names: BTreeMap<(usize, usize), usize> = names.into_iter().zip(0..).collect();
-        let told: Vec<usize> = told.iter().map(|label| names[label]).collect();
+        (truth, told.iter().map(|label| names[label]).collect())
+    }
+
+    fn of_pairs(&self, labels: &[Option<usize>]) -> Scores {
+        let (truth, told) = self.clusters(labels);
         let pairs_of =
             |counts: BTreeMap<(usize, usize), f64>| counts.values().map(|n| n * (n - 1.0) / 2.0).sum();
         let count = |of: &dyn Fn(usize) -> (usize, usize)| {

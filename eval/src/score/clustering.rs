@@ -51,20 +51,20 @@ pub fn cluster_scores(truth: &[usize], predicted: &[usize]) -> Option<ClusterSco
 }
 
 /// Counts of items by true and predicted label.
-struct Contingency {
+pub(super) struct Contingency {
     /// (count, items of the true label, items of the predicted label), only counts above 0, sorted.
     cells: Vec<(usize, usize, usize)>,
     /// Items of each true label, sorted.
-    truth: Vec<usize>,
+    pub(super) truth: Vec<usize>,
     /// Items of each predicted label, sorted.
-    predicted: Vec<usize>,
+    pub(super) predicted: Vec<usize>,
     /// Items of each cluster's commonest true label, summed.
     majority: usize,
     n: usize,
 }
 
 impl Contingency {
-    fn new(truth: &[usize], predicted: &[usize]) -> Self {
+    pub(super) fn new(truth: &[usize], predicted: &[usize]) -> Self {
         let mut by_truth = BTreeMap::new();
         let mut by_predicted = BTreeMap::new();
         let mut by_both = BTreeMap::new();
@@ -90,7 +90,7 @@ impl Contingency {
     }
 
     /// Whether each true label is one predicted label and the other way round.
-    fn is_bijection(&self) -> bool {
+    pub(super) fn is_bijection(&self) -> bool {
         self.cells.iter().all(|&(count, t, p)| count == t && count == p)
     }
 
@@ -110,7 +110,7 @@ impl Contingency {
     }
 
     /// Mutual information, entropy of the truth, entropy of the prediction, nats.
-    fn information(&self) -> (f64, f64, f64) {
+    pub(super) fn information(&self) -> (f64, f64, f64) {
         let n = self.n as f64;
         let entropy = |counts: &[usize]| {
             if counts.len() == 1 {

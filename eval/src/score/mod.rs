@@ -1,5 +1,6 @@
 //! Scores: estimate x truth -> a number, or `None` where the number is undefined. Never NaN.
 
+pub mod adjusted_information;
 pub mod align;
 pub mod alignment;
 pub mod association;

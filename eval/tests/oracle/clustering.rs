@@ -1,6 +1,7 @@
 use approx::assert_relative_eq;
 use serde::Deserialize;
 use vantage_eval::result::metric::Metric;
+use vantage_eval::score::adjusted_information::adjusted_information;
 use vantage_eval::score::association::TrueTracklets;
 use vantage_eval::score::clustering::cluster_scores;
 
@@ -16,6 +17,7 @@ struct Case {
     pred: Vec<usize>,
     ari: f64,
     nmi_arith: f64,
+    ami_arith: f64,
     homogeneity: f64,
     completeness: f64,
     v_measure: f64,
@@ -45,6 +47,8 @@ fn clusters_score_as_scikit_learn_scores_them() {
         ] {
             assert!((measured - published).abs() < 1e-12, "{}: {scores:?}", case.name);
         }
+        let ami = adjusted_information(&case.r#true, &case.pred).unwrap();
+        assert!((ami - case.ami_arith).abs() < 1e-9, "{}: {ami}, {}", case.name, case.ami_arith);
     }
     assert_relative_eq!(
         cluster_scores(&[0, 0, 1, 2], &[0, 0, 1, 1]).unwrap().ari,

@@ -12,10 +12,11 @@ mod index;
 mod trajectories;
 
 use super::placed;
+use crate::code::SIMULATED;
 use crate::command::cli::{DatasetArgs, DatasetFormat};
 use crate::command::error::BenchError;
 use crate::exit::Exit;
-use crate::pipeline::{SIMULATED, concerns_one_seed};
+use crate::pipeline::concerns_one_seed;
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};

@@ -24,7 +24,7 @@ const ELEVATIONS: usize = 20;
 const ELEVATION_RANGE: (f64, f64) = (0.0, 80.0);
 
 /// The views that are shown, and the encoder's word on each.
-pub(super) struct Looks<'a> {
+pub(in crate::command) struct Looks<'a> {
     set: &'a ViewSet,
     model: &'a dyn Viewing,
     factors: Vec<LatentGaussian>,
@@ -42,13 +42,13 @@ struct Parts<'a> {
 }
 
 impl<'a> Looks<'a> {
-    pub(super) fn new(set: &'a ViewSet, model: &'a dyn Viewing) -> Result<Self, BenchError> {
+    pub(in crate::command) fn new(set: &'a ViewSet, model: &'a dyn Viewing) -> Result<Self, BenchError> {
         let encode = |view: &View| model.encode(&view.crop, &view.viewpoint);
         Ok(Self { set, model, factors: set.views.iter().map(encode).collect::<Result<_, _>>()? })
     }
 
     /// Whether any object has views of both kinds.
-    pub(super) fn any(&self) -> bool {
+    pub(in crate::command) fn any(&self) -> bool {
         !self.objects().is_empty()
     }
 
@@ -88,7 +88,7 @@ impl<'a> Looks<'a> {
 
     /// Whether held-out views lie as far from what the known ones predict as the noise says; `None` where the model has no answer
     /// to any.
-    pub(super) fn calibration(&self) -> Result<Option<Vec<u8>>, BenchError> {
+    pub(in crate::command) fn calibration(&self) -> Result<Option<Vec<u8>>, BenchError> {
         let mut residuals = Vec::new();
         for parts in self.complete() {
             let latent = self.fused(&parts);
@@ -112,7 +112,7 @@ impl<'a> Looks<'a> {
 
     /// An input and held-out views by rising azimuth from it, above what is expected from the input alone, and from all
     /// known views; `None` of a model that predicts no crops.
-    pub(super) fn predictions(&self) -> Result<Option<Vec<u8>>, BenchError> {
+    pub(in crate::command) fn predictions(&self) -> Result<Option<Vec<u8>>, BenchError> {
         let mut blocks = Vec::new();
         for parts in self.objects() {
             let (input, factor) = parts.known[0];
@@ -151,8 +151,9 @@ impl<'a> Looks<'a> {
         Ok(Some(crop_table_png(&blocks)?))
     }
 
-    /// The likelihood of one held-out view of each object, given the known ones; roll and distance as they are.
-    pub(super) fn viewpoints(&self) -> Result<Vec<u8>, BenchError> {
+    /// The likelihood of one held-out view of each object, given the known ones; roll and distance as they are. `None` where the model
+    /// has no answer to any.
+    pub(in crate::command) fn viewpoints(&self) -> Result<Option<Vec<u8>>, BenchError> {
         let mut panels = Vec::new();
         for parts in self.objects() {
             let view = parts.held_out[0];
@@ -168,16 +169,20 @@ impl<'a> Looks<'a> {
                     .unwrap_or(f64::NAN)
             };
             let row = |row: usize| (0..AZIMUTHS).map(|column| at(row, column)).collect();
+            let log_likelihood: Vec<Vec<f64>> = (0..ELEVATIONS).map(row).collect();
+            if !log_likelihood.iter().flatten().all(|value| value.is_finite()) {
+                continue;
+            }
             let (truth, known) = (&view.viewpoint, parts.known.len());
             panels.push(ViewpointPanel {
                 title: format!("{}, known from {known} other views", parts.name),
                 crop: view.crop.clone(),
-                log_likelihood: (0..ELEVATIONS).map(row).collect(),
+                log_likelihood,
                 elevations: ELEVATION_RANGE,
                 truth: (truth.azimuth().to_degrees(), truth.elevation().to_degrees()),
             });
         }
-        Ok(viewpoint_map_png(&panels)?)
+        Ok(if panels.is_empty() { None } else { Some(viewpoint_map_png(&panels)?) })
     }
 }
 

@@ -1,7 +1,7 @@
 //! `bench figures SCENE --out DIR`: what a model makes of objects it has not seen, as pictures.
 
 pub mod latents;
-mod looks;
+pub mod looks;
 
 use crate::command::cli::FiguresArgs;
 use crate::command::error::BenchError;
@@ -12,6 +12,11 @@ use crate::score::instance_posterior::KnownInstances;
 use looks::Looks;
 use std::io::Write;
 use vantage_dataset::{Seed, Split, ViewSet};
+
+/// File of what is predicted beside what is seen.
+pub const PREDICTIONS: &str = "predictions.png";
+/// Of the likelihood of viewpoints.
+pub const VIEWPOINTS: &str = "viewpoints.png";
 
 /// Draws the test instances of the scene's first seed, or those of an imported view set: their latents as t-SNE and, of models that
 /// know looks from viewpoints, predictions, likelihoods over viewpoints, and the calibration of their noise.
@@ -46,10 +51,10 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
             let looks = Looks::new(&set, viewing)?;
             if looks.any() {
                 match looks.predictions()? {
-                    Some(png) => drawn.push(("predictions.png", png)),
+                    Some(png) => drawn.push((PREDICTIONS, png)),
                     None => pipeline.progress.note("note: no predictions.png: the model has no graph image"),
                 }
-                drawn.push(("viewpoints.png", looks.viewpoints()?));
+                drawn.extend(looks.viewpoints()?.map(|png| (VIEWPOINTS, png)));
                 drawn.extend(looks.calibration()?.map(|svg| ("calibration.svg", svg)));
             } else {
                 pipeline.progress.note(

@@ -10,12 +10,13 @@ use vantage_dataset::store::read_regular;
 const LARGEST: u64 = 64 << 20;
 
 /// Names of pictures in their order, with what they show.
-const SHOWN: [(&str, &str); 16] = [
+const SHOWN: [(&str, &str); 17] = [
     (
         "gains.svg",
         "Paired differences of ATE to the geometric estimator, a bar a seed, with mean and interval",
     ),
     ("map.svg", "Gain in ATE over the cells of the map"),
+    ("law.svg", "Median error of the azimuth over the number of composites that models were trained on"),
     ("summary.svg", "Gain in ATE along each axis of the map"),
     ("trajectory.svg", "Trajectories and objects from above: the truth and each estimate"),
     (

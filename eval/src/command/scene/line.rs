@@ -1,6 +1,5 @@
 //! The line of `bench SCENE`: scene -> sim -> dataset -> learn -> slam -> eval -> results.
 
-use super::dump::dump;
 use super::error::RunError;
 use super::record::Record;
 use crate::command::cli::StageArgs;
@@ -8,13 +7,14 @@ use crate::command::error::BenchError;
 use crate::command::placed;
 use crate::command::sweep::Part;
 use crate::pipeline::{
-    LoadedModel, Method, Naming, Pipeline, SeedAnswers, SeedAssociations, SeedEpisode, SeedOnline,
-    StageError, association_rows, association_table, associations, chosen_models, episodes, estimates,
-    methods, models, online, online_table, tables, test_views, unseen,
+    LoadedModel, Method, Naming, Pipeline, ScoredViews, SeedAnswers, SeedAssociations, SeedEpisode,
+    SeedOnline, StageError, association_rows, association_table, associations, chosen_models, episodes,
+    estimates, methods, models, online, online_table, tables, test_views, unseen,
 };
 use crate::result::manifest::Manifest;
 use crate::result::results_file::Results;
 use crate::scene_file::SceneFile;
+use crate::scene_file::row::Row;
 use crate::scene_file::row_name::{kind_names, reserved_names};
 use crate::score::association_entry::AssociationEntry;
 use crate::score::entry::Entry;
@@ -29,8 +29,6 @@ use vantage_sim::world::check_room;
 pub struct Beside<'a> {
     /// Estimates also after every step.
     pub online: bool,
-    /// Keeps what scores are made of.
-    pub dump: bool,
     /// Asks who is who.
     pub associate: bool,
     /// Folders of other associators' answers to that.
@@ -89,10 +87,6 @@ pub fn line(
         };
         models.iter().map(of_model).collect::<Result<Vec<_>, _>>()
     })?;
-    let dumped = match beside.dump {
-        true => record.timed("dump", || dump(&episodes, &methods, &answers, &views, &models))?,
-        false => Vec::new(),
-    };
     let mut tables = tables(&seeds, &methods, &entries, &episodes, &answers, &models, &unseen)?;
     tables.tables.extend(online_table(&seeds, &methods, &episodes, &answers, &online)?);
     tables.tables.extend(association_table(&seeds, &associated, &associations)?);
@@ -100,9 +94,9 @@ pub fn line(
     Ok(Scored {
         results: Results::new(&pipeline.file.name, &pipeline.scene_hash, tables.tables),
         detections: tables.detections,
-        dumped,
         recorded: pipeline.recorded().is_some(),
         methods: methods.iter().map(Method::name).collect(),
+        rows: pipeline.file.estimator.rows.clone(),
         manifest: record.finish(&pipeline, &models, (&entries, &associated), &episodes, &views)?,
         episodes,
         answers,
@@ -111,7 +105,9 @@ pub fn line(
         associations,
         associated,
         entries,
-        unseen: models.into_iter().map(|model| model.name).zip(unseen).collect(),
+        unseen: models.iter().map(|model| model.name.clone()).zip(unseen).collect(),
+        models,
+        views,
     })
 }
 
@@ -193,7 +189,9 @@ pub struct Scored {
     pub episodes: Vec<SeedEpisode>,
     /// The methods' names, in the order of the answers.
     pub methods: Vec<String>,
-    /// Their answers by seed.
+    /// Of the scene: each is a method, or one a model.
+    pub rows: Vec<Row>,
+    /// The methods' answers by seed.
     pub answers: Vec<SeedAnswers>,
     /// Their answers after every step by seed; empty where not asked for.
     pub online: Vec<SeedOnline>,
@@ -209,8 +207,10 @@ pub struct Scored {
     pub unseen: Vec<(String, Vec<Unseen>)>,
     /// Detections of objects in all episodes.
     pub detections: usize,
-    /// What scores are made of, by file; empty where not asked for.
-    pub dumped: Vec<(String, Vec<u8>)>,
+    /// The models.
+    pub models: Vec<LoadedModel>,
+    /// The views of instances that they are scored on, one set a seed; none of recorded episodes.
+    pub views: Vec<ScoredViews>,
     /// Whether the episodes were recorded, of images that may not be shown.
     pub recorded: bool,
 }

@@ -31,6 +31,7 @@ use error::RunError;
 use line::{Beside, Scored, line, seeds};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Runs the line, writes results, trajectories and pictures below `args.out`, and says what came out.
 pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
@@ -44,15 +45,17 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     if !args.replace {
         keep_fuller(&ResultKind::Scene.place(out.path(), &file.name), &scene, &file, &args.stages)?;
     }
-    let scored = line(&scene, &args.stages, Naming::Folder, beside(args, Part::default()))?;
+    let mut scored = line(&scene, &args.stages, Naming::Folder, beside(args, Part::default()))?;
     let progress = Progress::detect();
     let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
     let place = folder.path().to_owned();
     let mut pictures = pictures::write(&folder, &scored)?;
     pictures.extend(online::write(&folder, &scored)?);
     association::write(&folder, &scored)?;
-    for (name, bytes) in &scored.dumped {
-        folder.write(name, bytes)?;
+    if args.dump {
+        let start = Instant::now();
+        dump::write(&folder, &scored)?;
+        scored.manifest.took("dump", start.elapsed());
     }
     folder.write(REPORT, page_of(&place, &scored.results, &scored.manifest, &pictures)?.as_bytes())?;
     report::write(folder, &scored.results, &scored.manifest)?;
@@ -79,13 +82,7 @@ pub fn part(args: &RunArgs, part: Part) -> Result<(), BenchError> {
 }
 
 fn beside(args: &RunArgs, part: Part) -> Beside<'_> {
-    Beside {
-        online: args.online,
-        dump: args.dump,
-        associate: args.associate,
-        associations: &args.associations,
-        part,
-    }
+    Beside { online: args.online, associate: args.associate, associations: &args.associations, part }
 }
 
 /// Refuses to put a result of fewer seeds, or of another model, in the place of the one that lies there; tells where that is of another

@@ -2,12 +2,14 @@
 
 use super::line::{Scored, mean_likelihood};
 use crate::command::error::BenchError;
+use crate::command::figures::looks::Looks;
+use crate::command::figures::{PREDICTIONS, VIEWPOINTS};
 use crate::figure::crop_table::{Block, crop_table_png};
 use crate::figure::gains::gains_svg;
 use crate::figure::likelihood::likelihood_svg;
 use crate::figure::nees::{Curve, nees_svg};
 use crate::figure::trajectory::{TopView, region, trajectory_svg};
-use crate::pipeline::Answer;
+use crate::pipeline::{Answer, ScoredViews};
 use crate::result::folder::ResultFolder;
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
@@ -95,6 +97,14 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Vec<&'static str>
     if !curves.is_empty() {
         let title = "Log-likelihood of a crop against azimuth, unseen asymmetric instances";
         picture("likelihood.svg", likelihood_svg(title, &curves)?.as_bytes())?;
+    }
+    if let (Some(ScoredViews { set, .. }), Some(model)) = (scored.views.first(), scored.models.first()) {
+        let looks = Looks::new(set, model.viewing())?;
+        if looks.any() {
+            for (name, png) in [(PREDICTIONS, looks.predictions()?), (VIEWPOINTS, looks.viewpoints()?)] {
+                png.map(|png| picture(name, &png)).transpose()?;
+            }
+        }
     }
     Ok(written)
 }

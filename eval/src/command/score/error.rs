@@ -65,6 +65,14 @@ pub enum ScoreError {
         /// First and last time of the estimate, seconds.
         estimate: [f64; 2],
     },
+    /// An option that says nothing of what is scored.
+    #[error("{option} says nothing of {of}; leave it out")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What is scored.
+        of: &'static str,
+    },
     /// A part of a frame.
     #[error(
         "--delta {delta}: expected a whole number of frames; other distances take --unit metres or --unit degrees"
@@ -72,6 +80,19 @@ pub enum ScoreError {
     Frames {
         /// What was asked for.
         delta: f64,
+    },
+    /// Maps in other words than the task's.
+    #[error(
+        "none of the maps' {objects} objects with a label is of a class of the task: they are {unknown}, it has {known}; rename the labels, or \
+         leave the column out"
+    )]
+    Labels {
+        /// Objects with a label.
+        objects: usize,
+        /// What they are labelled, the first few.
+        unknown: String,
+        /// What the task has, the first few.
+        known: String,
     },
     /// A map that cannot be read.
     #[error(transparent)]

@@ -7,6 +7,7 @@ use crate::score::alignment::Alignment;
 use crate::score::pose_error::{Spacing, Unit};
 use serde_json::json;
 use std::fmt::Write as _;
+use std::io;
 use vantage_dataset::Pose;
 use vantage_dataset::store::pose_fields;
 use vantage_formats::npz::{Elements, Npz};
@@ -15,17 +16,18 @@ use vantage_formats::npz::{Elements, Npz};
 pub fn write(out: &OutputFolder, scores: &Scores, names: [&str; 2]) -> Result<(), BenchError> {
     for scored in scores.errors.iter().filter(|scored| !scored.errors.is_empty()) {
         let name = scored.error.to_lowercase().replace(' ', "_");
-        out.write(format!("{name}.zip"), &archive(scores, scored, names)?)?;
+        out.write_npz(format!("{name}.zip"), |npz| archive(npz, scores, scored, names))?;
     }
     Ok(())
 }
 
 /// Of a motion, times, paths and poses are of its later end; the first pose stands before them.
 fn archive(
+    npz: &mut Npz,
     scores: &Scores,
     scored: &Scored,
     [truth_name, estimate_name]: [&str; 2],
-) -> Result<Vec<u8>, BenchError> {
+) -> io::Result<()> {
     let (pairs, times) = (&scores.aligned.pairs, &scores.aligned.times);
     let is_of_motions = scored.error.starts_with("RPE");
     let first: &[usize] = if is_of_motions { &[0] } else { &[] };
@@ -35,7 +37,6 @@ fn archive(
     let times: Vec<f64> = kept.iter().map(|&i| times[i]).collect();
     let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
 
-    let mut npz = Npz::new();
     let (relation, unit) = match scored.unit {
         "deg" => ("rotation angle in degrees", "deg"),
         _ => ("translation part", "m"),
@@ -44,8 +45,8 @@ fn archive(
     let spaced = if is_of_motions { spaced(&scores.spacing) } else { String::new() };
     let title = format!("{kind} w.r.t. {relation} ({unit}){spaced}\n({})", aligned(scores.alignment));
     let info = json!({ "title": title, "label": format!("{kind} ({unit})"), "ref_name": truth_name, "est_name": estimate_name });
-    npz.file("info.json", &serde_json::to_vec(&info)?);
-    npz.file("stats.json", &serde_json::to_vec(&scored.statistics)?);
+    npz.file("info.json", &serde_json::to_vec(&info)?)?;
+    npz.file("stats.json", &serde_json::to_vec(&scored.statistics)?)?;
     let skipped = first.len();
     for (name, numbers) in [
         ("error_array", &scored.errors[..]),
@@ -54,7 +55,7 @@ fn archive(
         ("distances_from_start", &travelled(&truth)[skipped..]),
         ("distances", &travelled(&estimate)[skipped..]),
     ] {
-        npz.array(name, &[numbers.len()], Elements::F64(numbers));
+        npz.array(name, &[numbers.len()], Elements::F64(numbers))?;
     }
     for (name, poses) in [(truth_name, truth), (estimate_name, estimate)] {
         let mut text = String::new();
@@ -62,9 +63,9 @@ fn archive(
             let numbers: Vec<String> = pose_fields(pose).iter().map(f64::to_string).collect();
             let _ = writeln!(text, "{time} {}", numbers.join(" "));
         }
-        npz.file(&format!("{name}.tum"), text.as_bytes());
+        npz.file(&format!("{name}.tum"), text.as_bytes())?;
     }
-    Ok(npz.finish())
+    Ok(())
 }
 
 /// Length of the path up to each pose, metres.

@@ -2,6 +2,8 @@
 
 use crate::command::cli::ScoreArgs;
 use crate::command::score::error::ScoreError;
+use crate::command::score::labels;
+use crate::progress::Progress;
 use crate::result::grid::{Style, draw};
 use crate::result::metric::Metric;
 use crate::score::alignment::Laid;
@@ -15,6 +17,8 @@ pub fn scores(args: &ScoreArgs, laid: &Laid) -> Result<Option<Scores>, ScoreErro
     let (Some(map), Some(truth)) = (&args.map, &args.true_map) else { return Ok(None) };
     let map = read(map)?;
     let truth = objects(truth, map.proposals.iter().any(|proposal| proposal.classes.is_some()))?;
+    let known = truth.iter().map(|object| object.class.clone()).collect();
+    labels::tell(map.proposals.iter(), &known, "the true map", &Progress::detect());
     let moved = |proposal: &Proposal| proposal.moved(&laid.truth_from_estimate, laid.scale);
     let proposals: Vec<_> = map.proposals.iter().map(moved).collect();
     Ok(Some(object_map_scores(&truth, &proposals)))

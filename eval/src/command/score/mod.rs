@@ -2,12 +2,12 @@
 
 pub mod error;
 mod evo;
+mod labels;
 mod map;
 mod submission;
 
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
-use crate::command::task::error::TaskError;
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::grid::{Style, draw};
@@ -80,10 +80,11 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         return submission::score(args, stdout);
     }
     if args.task.is_some() {
-        return Err(TaskError::Option { option: "--task", of: "two trajectories" }.into());
+        return Err(ScoreError::Option { option: "--task", of: "two trajectories" }.into());
     }
-    if args.unit == Unit::Frames && args.delta.fract() != 0.0 {
-        return Err(ScoreError::Frames { delta: args.delta }.into());
+    let Spacing { delta, unit, .. } = args.spacing();
+    if unit == Unit::Frames && delta.fract() != 0.0 {
+        return Err(ScoreError::Frames { delta }.into());
     }
     let out = args.evo.as_deref().map(OutputFolder::probe).transpose()?;
     let scores = scores(args)?;
@@ -126,10 +127,14 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
     if of_truth == PoseText::Kitti && truth.len() != estimate.len() {
         return Err(ScoreError::Numbers { truth: truth.len(), estimate: estimate.len() });
     }
-    let pairs = Pairs::by_time(&truth, &estimate, args.max_difference);
+    if of_truth == PoseText::Kitti && args.max_difference.is_some() {
+        let of = "two trajectories of KITTI's, which have no times";
+        return Err(ScoreError::Option { option: "--max-difference", of });
+    }
+    let pairs = Pairs::by_time(&truth, &estimate, args.nearness());
     if pairs.truth().is_empty() {
         let span = |of: &Trajectory| [0, of.len() - 1].map(|i| of.timestamps()[i]);
-        let (max_difference, truth, estimate) = (args.max_difference, span(&truth), span(&estimate));
+        let (max_difference, truth, estimate) = (args.nearness(), span(&truth), span(&estimate));
         return Err(ScoreError::Apart { max_difference, truth, estimate });
     }
     let (met, shorter) = (pairs.truth().len(), truth.len().min(estimate.len()));
@@ -140,14 +145,14 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
             estimate.len()
         ));
     }
-    let frees_scale = matches!(args.align, Alignment::Sim3 | Alignment::Scale);
+    let frees_scale = matches!(args.alignment(), Alignment::Sim3 | Alignment::Scale);
     if let Some(times) = other_unit(&pairs).filter(|_| !frees_scale) {
         Progress::detect().note(&format!(
             "note: the estimate's path is {times:.3} times as long as the true one: are both in metres? `--align sim3` frees the scale"
         ));
     }
-    let (laid, aligned) = (args.align.of(&pairs)?, args.align.apply(&pairs)?);
-    let spacing = Spacing { delta: args.delta, unit: args.unit, all_pairs: args.all_pairs };
+    let (alignment, spacing) = (args.alignment(), args.spacing());
+    let (laid, aligned) = (alignment.of(&pairs)?, alignment.apply(&pairs)?);
     let of = |kind: [&'static str; 2], errors: PoseErrors| {
         let at = errors.at;
         let scored = |error, unit, errors: Vec<f64>| Scored {
@@ -163,7 +168,7 @@ fn scores(args: &ScoreArgs) -> Result<Scores, ScoreError> {
     let absolute = of(["APE translation", "APE rotation"], PoseErrors::absolute(&aligned));
     let relative = of(["RPE translation", "RPE rotation"], PoseErrors::relative(&aligned, spacing));
     Ok(Scores {
-        alignment: args.align,
+        alignment,
         spacing,
         truth_poses: truth.len(),
         estimate_poses: estimate.len(),

@@ -4,6 +4,7 @@ mod scores;
 mod worst;
 
 use super::figures::latents;
+use super::study_pages::{STUDY_FILE, study_pages};
 use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
 use crate::command::folder::is_there;
@@ -25,11 +26,11 @@ use crate::result::report;
 use crate::result::results_file::{FILE_NAME, Results};
 use crate::result::table_text;
 use crate::scene_file;
-use crate::scene_file::row_name::GAUSSIAN_PROCESS;
+use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
 use crate::scene_file::study::{Scored, StudyFile, VariantError};
 use crate::score::known_views::known_view_scores;
 use crate::score::unseen_table::OF_LATENTS;
-use scores::{StudyScores, with_process};
+use scores::StudyScores;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -123,6 +124,7 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
     let folder = ResultFolder::open(out, &study.name, ResultKind::Study, &progress)?;
     let place = folder.path().to_owned();
     folder.write(VARIANTS, variants(&study).as_bytes())?;
+    folder.write(STUDY_FILE, serde_json::to_string_pretty(&study)?.as_bytes())?;
     // Images of others may not be shown: of their views there are dots alone.
     let is_ours =
         [&study.views, &study.training_views, &study.validation_views].into_iter().all(Option::is_none);
@@ -131,7 +133,8 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
         false => (latents::LATENTS_DOTS, svg.into_bytes()),
     });
     let worst = drawn.worst.filter(|_| is_ours).map(|png| (WORST, png));
-    let drawn: Vec<(&str, Vec<u8>)> = map.into_iter().chain(worst).collect();
+    let drawn: Vec<(&str, Vec<u8>)> =
+        study_pages(&study, &results)?.into_iter().chain(map).chain(worst).collect();
     let pictures: Vec<&str> = drawn.iter().map(|(name, _)| *name).collect();
     drawn.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
     folder.write(REPORT, page_of(&place, &results, &manifest, &pictures)?.as_bytes())?;

@@ -2,7 +2,7 @@
 
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
-use crate::scene_file::row_name::GAUSSIAN_PROCESS;
+use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
 use crate::scene_file::study::StudyFile;
 use crate::score::embedding::Scores;
 use crate::score::known_views::METRICS;
@@ -17,11 +17,6 @@ pub struct StudyScores {
     runs: [Vec<Run>; TABLES.len()],
     floors: [Scores; TABLES.len()],
     known_views: BTreeMap<usize, Vec<Run>>,
-}
-
-/// The row of a variant with a process beside its model.
-pub fn with_process(variant: &str) -> String {
-    format!("{variant}+process")
 }
 
 impl StudyScores {

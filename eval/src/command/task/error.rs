@@ -84,14 +84,6 @@ pub enum TaskError {
         /// Its folder.
         path: PathBuf,
     },
-    /// Options that say nothing of what is scored.
-    #[error("{option} says nothing of {of}; leave it out")]
-    Option {
-        /// The option.
-        option: &'static str,
-        /// What is scored.
-        of: &'static str,
-    },
     /// A submission that says nothing.
     #[error("{}: {reason}", path.display())]
     Submission {

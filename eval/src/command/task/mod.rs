@@ -3,11 +3,12 @@
 pub mod error;
 pub mod sealed;
 
+use crate::code::SIMULATED;
 use crate::command::cli::TaskArgs;
 use crate::command::error::BenchError;
 use crate::command::placed;
 use crate::exit::Exit;
-use crate::pipeline::{SIMULATED, concerns_one_seed};
+use crate::pipeline::concerns_one_seed;
 use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use crate::scene_file::{self, SceneFile};

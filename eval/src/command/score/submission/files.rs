@@ -8,6 +8,7 @@ use crate::progress::Progress;
 use crate::scene_file::row_name::reserved_names;
 use crate::score::association_entry::AssociationEntry;
 use crate::score::entry::Entry;
+use crate::score::object_map::Proposal;
 use crate::score::object_map_file::ObjectMap;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -63,8 +64,8 @@ impl Submission {
             let reason = format!("task: {} is answered, and this is the truth of {hash}", about.task);
             return Err(wrong(&folder.join(ABOUT), &reason).into());
         }
-        without_links(folder, &Progress::detect())?;
         let numbers = sealed.numbers();
+        without_links(folder, &numbers, &Progress::detect())?;
         let part = |name: &str| Some(folder.join(name)).filter(|path| path.exists());
         let mut trajectories = None;
         if let Some(path) = part("trajectories") {
@@ -89,6 +90,11 @@ impl Submission {
             return Err(wrong(folder, told).into());
         }
         Ok(Self { about, trajectories, associations, maps })
+    }
+
+    /// The objects of all maps.
+    pub fn proposals(&self) -> impl Iterator<Item = &Proposal> + Clone {
+        self.maps.iter().flatten().flat_map(|map| &map.proposals)
     }
 }
 
@@ -115,7 +121,7 @@ impl About {
 }
 
 /// Refuses links, which may lead to the truth, and tells of what is not scored.
-fn without_links(folder: &Path, progress: &Progress) -> Result<(), TaskError> {
+fn without_links(folder: &Path, episodes: &[Seed], progress: &Progress) -> Result<(), TaskError> {
     let entries = |folder: &Path| -> Result<Vec<PathBuf>, TaskError> {
         let read = std::fs::read_dir(folder);
         let read = read.map_err(|source| TaskError::Read { path: folder.to_owned(), source })?;
@@ -131,6 +137,18 @@ fn without_links(folder: &Path, progress: &Progress) -> Result<(), TaskError> {
         }
         if !is_part && name != ABOUT {
             progress.note(&format!("note: {} is not scored", path.display()));
+        }
+        // Of trajectories, their reader tells.
+        let is_episode = |name: &str| episodes.iter().any(|number| name == format!("{}.csv", number.0));
+        let names = below.iter().filter_map(|path| path.file_name()).map(|name| name.to_string_lossy());
+        let mut others: Vec<_> = names.filter(|other| name != PARTS[0] && !is_episode(other)).collect();
+        others.sort();
+        if let Some(first) = others.first() {
+            progress.note(&format!(
+                "note: {} files in {} are of no episode and not scored, {first} first",
+                others.len(),
+                path.display()
+            ));
         }
     }
     Ok(())

@@ -4,10 +4,14 @@ mod files;
 
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
+use crate::command::score::error::ScoreError;
+use crate::command::score::labels;
 use crate::command::task::error::TaskError;
 use crate::command::task::sealed::{Sealed, Task, published};
 use crate::exit::Exit;
+use crate::progress::Progress;
 use crate::result::grid::Style;
+use crate::result::metric::Metric;
 use crate::result::results_file::Results;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::Table;
@@ -36,25 +40,27 @@ type Believed = (Seed, Result<Vec<Belief>, String>);
 /// Scores it, and prints tables.
 pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let (sealed, hash) = Sealed::read(&args.truth)?;
-    for (is_given, option) in [
-        (args.map.is_some(), "--map"),
-        (args.true_map.is_some(), "--true-map"),
-        (args.evo.is_some(), "--evo"),
-        (args.all_pairs, "--all-pairs"),
-    ] {
-        if is_given {
-            return Err(TaskError::Option { option, of: "a submission" }.into());
-        }
+    if let Some(option) = args.of_trajectories() {
+        return Err(ScoreError::Option { option, of: "a submission" }.into());
     }
+    let mut classes = None;
     if let Some(task) = &args.task {
-        let expected = Task::read(task)?.truth;
+        let Task { truth: expected, classes: of_task, .. } = Task::read(task)?;
         if expected != hash {
             let (truth, task) = (args.truth.clone(), task.clone());
             return Err(TaskError::OtherTruth { truth, task, found: hash, expected }.into());
         }
+        classes = Some(of_task.into_iter().collect());
     }
     let submission = Submission::read(&args.estimate, &sealed, &hash)?;
-    let results = Results::new(&sealed.scene, &sealed.scene_hash, submission.tables(&sealed, &args.truth)?);
+    if let Some(classes) = &classes {
+        labels::check(submission.proposals(), classes)?;
+    }
+    let (tables, true_classes) = submission.tables(&sealed, &args.truth)?;
+    if classes.is_none() {
+        labels::tell(submission.proposals(), &true_classes, "the truth", &Progress::detect());
+    }
+    let results = Results::new(&sealed.scene, &sealed.scene_hash, tables);
     if args.json {
         stdout.write_all(results.to_json()?.as_bytes())?;
     } else {
@@ -74,7 +80,9 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
 }
 
 impl Submission {
-    fn tables(&self, sealed: &Sealed, truth: &Path) -> Result<Vec<Table>, BenchError> {
+    /// The tables, and the classes of all true objects.
+    fn tables(&self, sealed: &Sealed, truth: &Path) -> Result<(Vec<Table>, BTreeSet<String>), BenchError> {
+        let mut classes = BTreeSet::new();
         let numbers = sealed.numbers();
         let (mut driven, mut associated, mut mapped, mut believed) = (vec![], vec![], vec![], vec![]);
         for (&number, episode) in numbers.iter().zip(&sealed.episodes) {
@@ -83,6 +91,7 @@ impl Submission {
                 return Err(TaskError::OtherEpisode { path: folder }.into());
             }
             let whole = read_episode(&folder)?;
+            classes.extend(whole.truth.objects.iter().map(|object| object.family.clone()));
             let (seen, order) = published(&whole.observations, sealed.association);
             if order != episode.order {
                 return Err(TaskError::OtherEpisode { path: folder }.into());
@@ -131,7 +140,7 @@ impl Submission {
             )?);
         }
         if !associated.is_empty() {
-            let columns = &association::COLUMNS[..9];
+            let columns = &association::OF_OTHERS;
             tables.push(Table::new(ASSOCIATION, &[name], None, columns, &numbers, associated)?);
         }
         if !mapped.is_empty() {
@@ -141,7 +150,7 @@ impl Submission {
             let runs = self.recalled(&believed);
             tables.push(Table::new(SEMANTICS, &[name], None, &semantics::COLUMNS, &numbers, runs)?);
         }
-        Ok(tables)
+        Ok((tables, classes))
     }
 
     fn run(&self, seed: Seed, scored: Result<Scores, String>) -> Run {
@@ -190,7 +199,9 @@ fn told_scores(whole: &Episode, seen: &Observations, order: &[usize], told: &[Op
         shown: order.iter().map(shown).collect(),
         is_whole: seen.detections.iter().map(is_whole).collect(),
     };
-    truth.scores(told)
+    let mut scores = truth.scores(told);
+    scores.extend(truth.adjusted_information(told).map(|ami| (Metric::Ami, ami)));
+    scores
 }
 
 /// The scores of a map, and what its latents say of the objects that are near; in the axes of the robot's first pose. Objects that no detection

@@ -1,0 +1,139 @@
+//! What is made of a study's raw scores beside its tables: the law of composites, where its variants differ in them.
+
+use crate::figure::FigureError;
+use crate::figure::law::{Law, Line, law_png, law_svg};
+use crate::result::metric::Metric;
+use crate::result::results_file::Results;
+use crate::result::table::Table;
+use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
+use crate::scene_file::study::{StudyFile, Variant};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The study as it was run, beside its scores: what its figures are made by.
+pub const STUDY_FILE: &str = "study.json";
+
+/// The name and the bytes of each figure; none of a study whose variants do not differ in composites, or that tells no azimuths from known
+/// views.
+pub fn study_pages(
+    study: &StudyFile,
+    results: &Results,
+) -> Result<Vec<(&'static str, Vec<u8>)>, FigureError> {
+    let Some(law) = law(study, results) else { return Ok(Vec::new()) };
+    Ok(vec![("law.svg", law_svg(&law)?.into_bytes()), ("law.png", law_png(&law)?)])
+}
+
+/// Of the most known views: a line for each number of families of which there are models with several numbers of composites.
+fn law(study: &StudyFile, results: &Results) -> Option<Law> {
+    let known = study.known_views.iter().max()?;
+    let table = results.table(&format!("known_views_{known}"))?;
+    let mut by_families: BTreeMap<Option<usize>, Vec<(usize, &Variant)>> = BTreeMap::new();
+    for variant in &study.variants {
+        if let Some(composites) = variant.composites {
+            by_families.entry(variant.families).or_default().push((composites, variant));
+        }
+    }
+    by_families.retain(|_, variants| {
+        variants.sort_by_key(|(composites, _)| *composites);
+        variants.first().zip(variants.last()).is_some_and(|(first, last)| first.0 < last.0)
+    });
+    let composites: BTreeSet<usize> =
+        by_families.values().flatten().map(|(composites, _)| *composites).collect();
+    let composites: Vec<usize> = composites.into_iter().collect();
+    let mut lines = Vec::new();
+    // Those of most families first, so that the floor of all is the last but one.
+    for (families, variants) in by_families.iter().rev() {
+        let of = |row: &dyn Fn(&str) -> String| -> Vec<(usize, f64)> {
+            let point = |(count, variant): &(usize, &Variant)| {
+                let place = composites.binary_search(count).ok()?;
+                Some((place, degrees(table, &row(&variant.name))?))
+            };
+            variants.iter().filter_map(point).collect()
+        };
+        let name = match families {
+            Some(0) => "composites alone".to_owned(),
+            Some(1) => "1 family and composites".to_owned(),
+            Some(families) => format!("{families} families and composites"),
+            None => "all families and composites".to_owned(),
+        };
+        let process = format!("{name}, with a process");
+        for (name, is_process, points) in
+            [(name, false, of(&|name| name.to_owned())), (process, true, of(&|name| with_process(name)))]
+        {
+            lines.push(Line { name, is_process, points });
+        }
+    }
+    lines.retain(|line| !line.points.is_empty());
+    let floor =
+        degrees(table, GAUSSIAN_PROCESS).map(|error| ("Gaussian process on pixels".to_owned(), error));
+    let views = if *known == 1 { "view" } else { "views" };
+    let title = format!("{}: azimuths from {known} known {views}", study.name);
+    (!lines.is_empty()).then_some(Law { title, composites, lines, floor })
+}
+
+fn degrees(table: &Table, row: &str) -> Option<f64> {
+    let is_there = table.methods().iter().any(|method| method == row);
+    is_there.then(|| table.cell(row, Metric::ViewpointMedian).mean)?.map(|mean| mean.mean.to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::table::tests::run;
+    use crate::scene_file::parse;
+    use std::path::Path;
+    use vantage_dataset::Seed;
+
+    const STUDY: &str = "version: 1\nname: small\npurpose: p\nscene: s\nseeds: 1\nknown_views: [1, 8]\nvariants:\n\
+        - { name: f2, note: n, families: 2, composites: 0 }\n\
+        - { name: f2_c9, note: n, families: 2, composites: 9 }\n\
+        - { name: f1, note: n, families: 1, composites: 0 }\n\
+        - { name: c9, note: n, families: 0, composites: 9 }\n\
+        - { name: c5, note: n, families: 0, composites: 5 }\n";
+
+    fn results(rows: &[(&str, f64)]) -> Results {
+        let names: Vec<&str> = rows.iter().map(|(name, _)| *name).collect();
+        let runs =
+            rows.iter().map(|(name, error)| run(name, 1, &[(Metric::ViewpointMedian, error.to_radians())]));
+        let metrics = [Metric::ViewpointMedian];
+        let table = Table::new("known_views_8", &names, None, &metrics, &[Seed(1)], runs.collect()).unwrap();
+        Results::new("small", "hash", vec![table])
+    }
+
+    #[test]
+    fn models_that_differ_in_composites_alone_are_a_line() {
+        let study: StudyFile = parse(STUDY, Path::new("s")).unwrap();
+        let rows = [
+            ("f2", 60.0),
+            ("f2_c9", 50.0),
+            ("f2_c9+process", 40.0),
+            ("f1", 70.0),
+            ("c9", 45.0),
+            ("c5", 55.0),
+        ];
+        let found = results(&[&rows[..], &[(GAUSSIAN_PROCESS, 30.0)]].concat());
+        let law = law(&study, &found).unwrap();
+        assert_eq!(law.composites, [0, 5, 9]);
+        let told = |(i, error): (usize, f64)| (i, error.round());
+        let lines: Vec<_> = law
+            .lines
+            .iter()
+            .map(|line| {
+                (&*line.name, line.is_process, line.points.iter().copied().map(told).collect::<Vec<_>>())
+            })
+            .collect();
+        assert_eq!(
+            lines,
+            [
+                ("2 families and composites", false, vec![(0, 60.0), (2, 50.0)]),
+                ("2 families and composites, with a process", true, vec![(2, 40.0)]),
+                ("composites alone", false, vec![(1, 55.0), (2, 45.0)]),
+            ]
+        );
+        assert_eq!(law.floor.clone().map(|(_, error)| error.round()), Some(30.0));
+        assert_eq!(study_pages(&study, &found).unwrap().len(), 2);
+        let other = parse(&STUDY.replace("composites: ", "instances: 2 # "), Path::new("s"));
+        assert!(other.is_err() || study_pages(&other.unwrap(), &found).unwrap().is_empty());
+        let unknown = StudyFile { known_views: vec![3], ..study };
+        assert!(study_pages(&unknown, &found).unwrap().is_empty());
+    }
+}
