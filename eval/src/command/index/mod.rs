@@ -6,6 +6,7 @@ use super::cli::IndexArgs;
 use super::error::BenchError;
 use super::folder::is_there;
 use super::map::{MAP_FILE, map_pages};
+use super::study_pages::{STUDY_FILE, study_pages};
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
@@ -44,6 +45,7 @@ pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, Be
     for of in [ResultKind::Scene, ResultKind::Study] {
         folders(folder, of).iter().try_for_each(|result| renew_tables(result))?;
     }
+    folders(folder, ResultKind::Study).iter().try_for_each(|result| renew_study(result))?;
     folders(folder, ResultKind::Map).iter().try_for_each(|result| renew_map(result))?;
     let text = index(folder)?;
     let root = OutputFolder::probe(folder)?;
@@ -81,6 +83,19 @@ fn renew_map(result: &Path) -> Result<(), BenchError> {
     }
     let folder = OutputFolder::probe(result)?;
     for (name, bytes) in map_pages(&scene_file::read(&file)?, &Results::read(result)?)? {
+        folder.write(name, &bytes)?;
+    }
+    Ok(())
+}
+
+/// The figures of a study that has some; one without the study is left alone.
+fn renew_study(result: &Path) -> Result<(), BenchError> {
+    let file = result.join(STUDY_FILE);
+    if Standing::read(result).is_none() || !file.exists() {
+        return Ok(());
+    }
+    let folder = OutputFolder::probe(result)?;
+    for (name, bytes) in study_pages(&scene_file::read(&file)?, &Results::read(result)?)? {
         folder.write(name, &bytes)?;
     }
     Ok(())
