@@ -55,6 +55,7 @@ fn a_map_has_every_cell_on_its_seeds_and_runs_again_to_the_same_bytes() {
     pages.iter().for_each(|page| assert!(place.join(page).exists(), "{page}"));
     let tables = fs::read_to_string(place.join("tables.md")).unwrap();
     assert!(tables.contains("| It helps.") && tables.contains("## two: Two objects"), "{tables}");
+    assert!(tables.contains("\nviewpoint_dependent: `estimator.semantic_noise_scale: 2`\n"), "{tables}");
 
     let before = files(&place);
     run(&scene, MAP, &["--seeds", "1"]).expect(2, &["holds a result of 2 seeds", "--replace"]);

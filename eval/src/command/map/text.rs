@@ -15,7 +15,7 @@ use crate::result::wilcoxon::wilcoxon;
 use crate::scene_file::hypothesis::{Expectation, Hypothesis};
 use crate::scene_file::map::{MapFile, Panel};
 use crate::scene_file::row::Row;
-use crate::scene_file::vary::told;
+use crate::scene_file::vary::{Fields, told};
 
 /// Scores that have a table of gains.
 const GAINS: [Metric; 3] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading];
@@ -96,9 +96,15 @@ fn hypotheses(map: &MapFile, results: &Results) -> String {
 fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
     let mut text = format!("\n## {}: {}\n", panel.name, panel.title);
     if !panel.set.is_empty() {
-        let set: Vec<String> =
-            panel.set.iter().map(|(field, value)| format!("`{field}: {}`", told(value))).collect();
-        text += &format!("\n{}\n", set.join(", "));
+        text += &format!("\n{}\n", fields(&panel.set));
+    }
+    for estimates in panel.estimates.as_ref().unwrap_or(&map.estimates) {
+        if !estimates.set.is_empty() {
+            let rows: Vec<String> = estimates.rows.iter().map(Row::to_string).collect();
+            let model = estimates.model.as_ref().and_then(|model| model.file_name());
+            let by = model.map(|name| format!(", by {}", name.display())).unwrap_or_default();
+            text += &format!("\n{}{by}: {}\n", rows.join(", "), fields(&estimates.set));
+        }
     }
     let Some(first) = tables.first() else { return text };
     let head = |first: &str| -> Vec<String> {
@@ -141,6 +147,11 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         }
     }
     text
+}
+
+fn fields(set: &Fields) -> String {
+    let told = set.iter().map(|(field, value)| format!("`{field}: {}`", told(value)));
+    told.collect::<Vec<_>>().join(", ")
 }
 
 fn medians(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) -> Vec<Vec<String>> {
