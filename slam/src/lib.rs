@@ -18,6 +18,7 @@
 //! | what a model gets wrong of an object | [`discrepancy`] |
 //! | what an episode differs in from training, learnt beside it (Eq. 25-26) | [`domain`] |
 //! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
+//! | what a run teaches of the model | [`domain`], [`Refitted`], [`Checked`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel), p(z' \| z, e, Delta X) | [`vantage_model::ObservationModel`], [`vantage_model::PairModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |

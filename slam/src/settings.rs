@@ -26,7 +26,7 @@ pub struct Settings {
     pub semantics: SemanticSettings,
     /// Of those that look for an object's orientation.
     pub orientation: OrientationSettings,
-    /// Of the one that learns a domain.
+    /// Of those that learn a domain.
     pub domain: DomainPrior,
 }
 

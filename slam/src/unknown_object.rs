@@ -119,7 +119,7 @@ pub fn log_odds(
     values: &Values,
 ) -> Option<f64> {
     let track = object.track;
-    let keys = sightings.iter().map(|s| Key::Robot(s.step)).chain([Key::Offset(track)]);
+    let keys = sightings.iter().map(|s| Key::Robot(s.step)).chain([Key::Offset(track), Key::Domain]);
     let mut held = Values::default();
     for (key, value) in keys.filter_map(|key| Some((key, values.get(key)?))) {
         held.insert(key, value.clone());

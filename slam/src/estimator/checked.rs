@@ -3,21 +3,21 @@
 //! A round of learning is kept if, learnt without them, it makes two sets of crops more probable than what was there before:
 //!
 //! - the later views: of each object the last third;
-//! - another session: of each object all views before the longest time that it was out of sight.
+//! - another session: of each object that was out of sight for more than [`SESSION_GAP`] steps, all views before it was so longest.
 //!
 //! ```text
 //! log p(Z_hidden | Z_read, theta) = log p(Z_hidden, Z_read | theta) - log p(Z_read | theta)
 //! ```
 //!
-//! Both terms are evidences by Laplace's method, over the trajectory, the objects and their latents. Otherwise the round is rolled back,
-//! and so it is where with it the solver does not converge, and where no object has a second session.
+//! Both terms are evidences by Laplace's method about one mode, over the trajectory, the objects and their latents. Bearings and sizes of
+//! hidden views are read. A round is rolled back where with it the solver does not converge, and all are where a set is empty.
 
 use super::refitted::most_probable;
 use super::{Estimator, Semantic};
 use crate::domain::DomainPrior;
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
-use crate::settings::{SemanticSettings, Settings};
+use crate::settings::{SemanticSettings, Settings, SolverSettings};
 use crate::sighting::sightings;
 use crate::solve::Outcome;
 use std::collections::BTreeSet;
@@ -26,7 +26,7 @@ use vantage_model::ObservationModel;
 
 /// Of an object's views, the share before the later ones.
 const EARLIER: (usize, usize) = (2, 3);
-/// Steps out of sight that end a session.
+/// Steps without a whole box after which another session begins.
 const SESSION_GAP: usize = 20;
 
 /// [`Semantic`] with the noise refitted in a first round, and in a domain that it learns in a second.
@@ -65,8 +65,9 @@ impl<'m> Checked<'m> {
         Self { settings: *settings, model, domain: *domain }
     }
 
-    fn semantic(&self, learnt: &Learnt) -> Semantic<'m> {
-        let semantic = Semantic::new(&Settings { semantics: learnt.semantics, ..self.settings }, self.model);
+    fn semantic(&self, learnt: &Learnt, solver: SolverSettings) -> Semantic<'m> {
+        let settings = Settings { semantics: learnt.semantics, solver, ..self.settings };
+        let semantic = Semantic::new(&settings, self.model);
         match &learnt.domain {
             Some(prior) => semantic.in_domain(prior),
             None => semantic,
@@ -75,14 +76,17 @@ impl<'m> Checked<'m> {
 }
 
 impl Reading<'_> {
+    /// All objects are taken for known ones, so that evidences are of the same crops.
     fn evidence(&mut self, learnt: &Learnt) -> Result<Evidence, EstimateError> {
         if let Some((_, evidence)) = self.known.iter().find(|(known, _)| known == learnt) {
             return Ok(*evidence);
         }
-        let semantic = self.estimator.semantic(learnt).without(&self.hidden);
-        let (estimate, evidence) = semantic.evidenced(self.observations)?;
+        let semantics = SemanticSettings { unknown_margin: None, ..learnt.semantics };
+        let solver = SolverSettings { covariances: false, ..self.estimator.settings.solver };
+        let semantic = self.estimator.semantic(&Learnt { semantics, ..*learnt }, solver);
+        let (estimate, log) = semantic.without(&self.hidden).evidenced(self.observations)?;
         let is_at_maximum = matches!(estimate.outcome, Outcome::Converged | Outcome::Stalled);
-        let evidence = Evidence { log: evidence, is_at_maximum };
+        let evidence = Evidence { log, is_at_maximum };
         self.known.push((*learnt, evidence));
         Ok(evidence)
     }
@@ -102,23 +106,27 @@ impl Estimator for Checked<'_> {
         let reading = |hidden| Reading { estimator: self, observations, hidden, known: Vec::new() };
         let mut whole = reading(BTreeSet::new());
         let mut checks = [later_views(observations), other_session(observations)].map(reading);
-        let told = Learnt { semantics: self.settings.semantics, domain: None };
-        let mut kept = told;
-        let mut kept_in = [told; 2];
+        let mut kept = Learnt { semantics: self.settings.semantics, domain: None };
+        if checks.iter().all(|check| !check.hidden.is_empty()) {
+            let mut in_checks = [kept; 2];
 
-        let mut refitted = kept_in;
-        for (check, learnt) in checks.iter_mut().zip(&mut refitted) {
-            *learnt = check.refitted(learnt)?;
+            let [later, other] = &mut checks;
+            let refitted = [later.refitted(&kept)?, other.refitted(&kept)?];
+            if predicts_better(&mut whole, &mut checks, &in_checks, &refitted)? {
+                let candidate = whole.refitted(&kept)?;
+                if whole.evidence(&candidate)?.is_at_maximum {
+                    (kept, in_checks) = (candidate, refitted);
+                }
+            }
+            let in_domain = in_checks.map(|learnt| Learnt { domain: Some(self.domain), ..learnt });
+            if predicts_better(&mut whole, &mut checks, &in_checks, &in_domain)? {
+                let candidate = Learnt { domain: Some(self.domain), ..kept };
+                if whole.evidence(&candidate)?.is_at_maximum {
+                    kept = candidate;
+                }
+            }
         }
-        if predicts_better(&mut whole, &mut checks, &kept_in, &refitted)? {
-            kept = whole.refitted(&kept)?;
-            kept_in = refitted;
-        }
-        let in_domain = kept_in.map(|learnt| Learnt { domain: Some(self.domain), ..learnt });
-        if predicts_better(&mut whole, &mut checks, &kept_in, &in_domain)? {
-            kept.domain = Some(self.domain);
-        }
-        self.semantic(&kept).estimate(observations)
+        self.semantic(&kept, self.settings.solver).estimate(observations)
     }
 }
 
@@ -130,16 +138,13 @@ fn predicts_better(
     learnt: &[Learnt; 2],
 ) -> Result<bool, EstimateError> {
     for (check, (before, learnt)) in checks.iter_mut().zip(before.iter().zip(learnt)) {
-        if check.hidden.is_empty() {
-            return Ok(false);
-        }
-        let mut of = |what: &Learnt| -> Result<[Evidence; 2], EstimateError> {
-            Ok([whole.evidence(what)?, check.evidence(what)?])
+        let mut evidences = |of: &Learnt| -> Result<[Evidence; 2], EstimateError> {
+            Ok([whole.evidence(of)?, check.evidence(of)?])
         };
-        let (learnt, before) = (of(learnt)?, of(before)?);
+        let (old, new) = (evidences(before)?, evidences(learnt)?);
         let log_predictive = |[all, read]: [Evidence; 2]| Some(all.log? - read.log?);
-        let gain = log_predictive(learnt).zip(log_predictive(before)).map(|(new, old)| new - old);
-        let converged = learnt.iter().all(|evidence| evidence.is_at_maximum);
+        let gain = log_predictive(new).zip(log_predictive(old)).map(|(new, old)| new - old);
+        let converged = new.iter().all(|evidence| evidence.is_at_maximum);
         if !converged || gain.is_none_or(|gain| gain <= 0.0) {
             return Ok(false);
         }
@@ -163,4 +168,52 @@ fn other_session(observations: &Observations) -> BTreeSet<usize> {
         &of[..longest.unwrap_or(0)]
     });
     before.map(|sighting| sighting.detection).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector2;
+    use vantage_dataset::{BoundingBox, Camera, Crop, Detection, Pose};
+
+    fn seen(tracks_and_steps: &[(usize, usize)]) -> Observations {
+        let bounding_box = BoundingBox { min: Vector2::new(100.0, 100.0), max: Vector2::new(140.0, 140.0) };
+        let detection = |&(track, step): &(usize, usize)| Detection {
+            step,
+            track,
+            bounding_box,
+            mask_pixels: 1600,
+            center_depth: None,
+            masked_crop: Crop::black(),
+            boxed_crop: Crop::black(),
+        };
+        Observations {
+            timestamps: (0..200).map(f64::from).collect(),
+            camera: Camera::with_horizontal_fov(512, 384, 1.0),
+            robot_from_camera: Pose::identity(),
+            odometry: Vec::new(),
+            detections: tracks_and_steps.iter().map(detection).collect(),
+            landmarks: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn of_each_object_the_last_third_is_hidden_whatever_the_order_of_detections() {
+        let hidden = |views: &[(usize, usize)]| later_views(&seen(views)).into_iter().collect::<Vec<_>>();
+        assert!(
+            hidden(&[]).is_empty() && hidden(&[(0, 3)]).is_empty() && hidden(&[(0, 3), (0, 4)]).is_empty()
+        );
+        assert_eq!(hidden(&[(0, 1), (0, 2), (0, 3)]), [2]);
+        assert_eq!(hidden(&[(0, 9), (1, 1), (0, 7), (1, 2), (0, 8), (1, 3)]), [0, 5]);
+    }
+
+    #[test]
+    fn what_was_seen_before_the_longest_gap_is_another_session() {
+        let hidden = |views: &[(usize, usize)]| other_session(&seen(views)).into_iter().collect::<Vec<_>>();
+        assert!(hidden(&[]).is_empty() && hidden(&[(0, 5)]).is_empty());
+        assert!(hidden(&[(0, 0), (0, SESSION_GAP)]).is_empty());
+        assert_eq!(hidden(&[(0, 0), (0, SESSION_GAP + 1)]), [0]);
+        let two_gaps = [(0, 0), (0, 30), (0, 31), (0, 80), (1, 5), (1, 6)];
+        assert_eq!(hidden(&two_gaps), [0, 1, 2], "before the longer one, and of that object alone");
+    }
 }

@@ -5,6 +5,7 @@ use super::{Estimator, Semantic};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::settings::{AzimuthDiscrepancy, SemanticSettings, Settings};
+use std::f64::consts::PI;
 use vantage_dataset::Observations;
 use vantage_model::ObservationModel;
 
@@ -54,7 +55,7 @@ pub(super) fn most_probable<T>(
     let fitted = best.0;
     for factor in DISCREPANCY {
         let Some(of) = fitted.azimuth_discrepancy else { break };
-        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma: of.sigma * factor, ..of });
+        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma: (of.sigma * factor).min(PI), ..of });
         best = more_probable(best, tried(SemanticSettings { azimuth_discrepancy, ..fitted })?);
     }
     Ok((best.0, best.1))
@@ -66,5 +67,38 @@ fn more_probable<T>(own: Tried<T>, other: Tried<T>) -> Tried<T> {
         (Some(of_own), Some(of_other)) if of_other > of_own => other,
         (None, Some(_)) => other,
         _ => own,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_equals_is_kept_and_what_has_no_evidence_never_is() {
+        let told = SemanticSettings { azimuth_discrepancy: None, ..SemanticSettings::default() };
+        let by_scale = |evidence: fn(f64) -> Option<f64>| {
+            let by = |of: &SemanticSettings| Ok((of.noise_scale, evidence(of.noise_scale)));
+            let (semantics, made) = most_probable(told, by).unwrap();
+            assert_eq!(semantics.noise_scale, made);
+            made / told.noise_scale
+        };
+        assert_eq!(by_scale(|_| Some(1.0)), 1.0);
+        assert_eq!(by_scale(|_| None), 1.0);
+        assert_eq!(by_scale(|scale| (scale > 1.5).then_some(-scale)), 2.0);
+        assert_eq!(by_scale(Some), 2.8);
+    }
+
+    #[test]
+    fn the_discrepancy_is_tried_under_the_best_noise_and_stays_within_half_a_turn() {
+        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma: 1.0, concentration: 4.0 });
+        let told = SemanticSettings { azimuth_discrepancy, ..SemanticSettings::default() };
+        let mut tried = Vec::new();
+        let by = |of: &SemanticSettings| {
+            tried.push((of.noise_scale, of.azimuth_discrepancy.map_or(0.0, |of| of.sigma)));
+            Ok(((), Some(-(of.noise_scale - 2.0).abs())))
+        };
+        most_probable(told, by).unwrap();
+        assert_eq!(tried, [(1.0, 1.0), (1.4, 1.0), (2.0, 1.0), (2.8, 1.0), (2.0, 2.0), (2.0, PI)]);
     }
 }

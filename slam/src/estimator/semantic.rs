@@ -71,7 +71,9 @@ impl Semantic<'_> {
         let keys: Vec<Key> = solution.values.iter().map(|(key, _)| key).collect();
         let views: usize = added.values().map(|added| added.object.views.len()).sum();
         // What whitening takes out of each view's density.
-        let spread = (views * self.model.measurement_dim()) as f64 * libm::log(self.semantics.noise_scale);
+        let SemanticSettings { noise_scale, information_scale, .. } = self.semantics;
+        let numbers = (views * self.model.measurement_dim()) as f64;
+        let spread = information_scale * numbers * libm::log(noise_scale);
         let evidence = log_evidence(graph, &solution.values, &keys).map(|evidence| evidence - spread);
         Ok((self.told(posterior, &added, observations), evidence))
     }

@@ -92,7 +92,10 @@ fn what_cannot_be_checked_on_another_session_is_rolled_back() {
         all.map(|estimator| estimator.estimate(observations).unwrap())
     };
     let [frozen, _, checked] = estimates(&observations);
-    assert!(deviation(&checked) > 1.2 * deviation(&frozen), "of two laps");
+    assert!(
+        deviation(&checked) > 1.2 * deviation(&frozen),
+        "what the second lap sees again is another session"
+    );
     let half = observations.steps() / 2;
     observations.detections.retain(|detection| detection.step < half);
     let [frozen, refitted, checked] = estimates(&observations);
@@ -129,6 +132,9 @@ fn where_there_is_nothing_to_learn_from_the_answer_is_finite() {
             let finite = |covariance: &nalgebra::Matrix6<f64>| covariance.iter().all(|x| x.is_finite());
             assert!(estimate.pose_covariances.iter().flatten().all(finite), "{what}");
         }
-        assert!(errors[2] < 1.1 * errors[0], "a domain that does not converge is rolled back: {errors:?}");
+        if garbage {
+            assert!(errors[1] > 5.0 * errors[0], "what is learnt is no good: {errors:?}");
+        }
+        assert_eq!(errors[2], errors[0], "{what}: a domain that does not converge is rolled back");
     }
 }
