@@ -138,3 +138,29 @@ fn where_there_is_nothing_to_learn_from_the_answer_is_finite() {
         assert_eq!(errors[2], errors[0], "{what}: a domain that does not converge is rolled back");
     }
 }
+
+#[test]
+fn wrong_associations_teach_nothing_that_harms() {
+    let (model, spec) = (model(), WorldSpec::sparse_loop());
+    let settings = matching_settings(&spec);
+    for every in [10, 5, 3] {
+        let mut sums = [0.0; 4];
+        for seed in 0..4 {
+            let mut world = World::new(&spec, Some(&model), Seed(seed));
+            for detection in world.observations.detections.iter_mut().step_by(every) {
+                detection.track = (detection.track + 1) % spec.objects;
+            }
+            let all: [&dyn Estimator; 4] = [
+                &Semantic::new(&settings, &model),
+                &Refitted::new(&settings, &model),
+                &Semantic::new(&settings, &model).in_domain(&PRIOR),
+                &Checked::new(&settings, &model, &PRIOR),
+            ];
+            for (sum, estimator) in sums.iter_mut().zip(all) {
+                *sum += world.ate(&estimator.estimate(&world.observations).unwrap()) / 4.0;
+            }
+        }
+        println!("one association of {every} wrong: frozen, refitted, learning and checked {sums:.3?} m");
+        assert!(sums[3] < 1.1 * sums[0], "{sums:?}");
+    }
+}
