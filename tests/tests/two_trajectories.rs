@@ -203,6 +203,8 @@ fn what_options_cannot_mean_and_few_pairs_are_told() {
     let paths = written(folder.path());
     score(&paths, &["--delta", "1.5"]).expect(2, &["--delta 1.5", "--unit metres"]);
     score(&paths, &["--task", "task"]).expect(2, &["--task says nothing of two trajectories"]);
+    score(&[paths[0].with_extension("none"), paths[1].clone()], &["--task", "task"])
+        .expect(2, &["there is no folder"]);
     let text = fs::read_to_string(&paths[1]).unwrap();
     let some: String = text.lines().take(15).map(|line| format!("{line}\n")).collect();
     fs::write(&paths[1], some).unwrap();

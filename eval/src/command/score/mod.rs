@@ -8,6 +8,7 @@ mod submission;
 
 use crate::command::cli::ScoreArgs;
 use crate::command::error::BenchError;
+use crate::command::folder::is_there;
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::grid::{Style, draw};
@@ -80,6 +81,7 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         return submission::score(args, stdout);
     }
     if args.task.is_some() {
+        is_there(&args.truth)?;
         return Err(ScoreError::Option { option: "--task", of: "two trajectories" }.into());
     }
     let Spacing { delta, unit, .. } = args.spacing();
