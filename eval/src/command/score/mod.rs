@@ -81,7 +81,9 @@ pub fn score(args: &ScoreArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
         return submission::score(args, stdout);
     }
     if args.task.is_some() {
-        is_there(&args.truth)?;
+        if !args.truth.is_file() {
+            is_there(&args.truth)?;
+        }
         return Err(ScoreError::Option { option: "--task", of: "two trajectories" }.into());
     }
     let Spacing { delta, unit, .. } = args.spacing();
