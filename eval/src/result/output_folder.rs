@@ -94,16 +94,17 @@ impl OutputFolder {
         relative: impl AsRef<Path>,
         fill: impl FnOnce(&mut Npz) -> io::Result<()>,
     ) -> Result<(), StoreError> {
+        let told = self.0.join(relative.as_ref());
         self.write_with(relative, |path| {
             let written = Npz::create(path).and_then(|mut npz| {
                 fill(&mut npz)?;
                 npz.finish()
             });
-            written.map_err(|source| StoreError::Write { path: path.to_owned(), source })
+            written.map_err(|source| StoreError::Write { path: told, source })
         })
     }
 
-    /// Has a file written under a temporary name, then renames it.
+    /// Has a file written under a temporary name, then renames it; where that fails nothing is left.
     pub fn write_with(
         &self,
         relative: impl AsRef<Path>,
@@ -115,8 +116,12 @@ impl OutputFolder {
         let temporary = PathBuf::from(temporary);
         let refuse = |source| StoreError::Write { path: path.clone(), source };
         make_parent(&path).map_err(refuse)?;
-        fill(&temporary)?;
-        rename_durably(&temporary, &path).map_err(refuse)
+        let written = fill(&temporary).and_then(|()| rename_durably(&temporary, &path).map_err(refuse));
+        if written.is_err() {
+            // It may not be there.
+            let _ = fs::remove_file(&temporary);
+        }
+        written
     }
 }
 
@@ -154,5 +159,20 @@ mod tests {
         fs::write(&file, "").unwrap();
         let error = OutputFolder::probe(&file.join("out")).unwrap_err().to_string();
         assert!(error.contains("file/out") && error.contains("--out"), "{error}");
+    }
+
+    #[test]
+    fn an_archive_that_fails_leaves_nothing_and_is_told_by_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = OutputFolder::probe(folder.path()).unwrap();
+        let before = fs::read_dir(folder.path()).unwrap().count();
+        let written = out.write_npz("a/x.npz", |npz| {
+            npz.file("part", b"some")?;
+            Err(io::Error::other("the disk is full"))
+        });
+        let told = written.unwrap_err().to_string();
+        assert!(told.contains("x.npz") && !told.contains(".tmp"), "{told}");
+        assert_eq!(fs::read_dir(folder.path().join("a")).unwrap().count(), 0);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), before + 1);
     }
 }

@@ -72,9 +72,8 @@ impl Alignment {
             let found = similarity(&positions(pairs.truth()), &positions(pairs.estimate()));
             found.filter(|found| found.along > f64::EPSILON).ok_or(AlignmentError::OnePlace)
         };
-        let best = || {
+        let best = |remedy| {
             let found = spread()?;
-            let remedy = "--align yaw or --align origin";
             let straight = AlignmentError::Straight { place: "on a line, or nearly so", remedy };
             // Both are squares.
             if found.across < NEARLY_STRAIGHT.powi(2) * found.along { Err(straight) } else { Ok(found) }
@@ -82,9 +81,9 @@ impl Alignment {
         let (scale, truth_from_estimate) = match self {
             Self::None => (1.0, Pose::identity()),
             Self::Origin => (1.0, pairs.true_world_from_estimate_world()),
-            Self::Se3 => (1.0, best()?.rigid),
+            Self::Se3 => (1.0, best("--align yaw or --align origin")?.rigid),
             Self::Sim3 => {
-                let Similarity { scale, scaled, .. } = best()?;
+                let Similarity { scale, scaled, .. } = best("--align scale, --align yaw or --align origin")?;
                 (scale, scaled)
             }
             Self::Scale => (spread()?.scale, Pose::identity()),
