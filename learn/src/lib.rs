@@ -29,6 +29,7 @@ mod error;
 mod file;
 mod folder;
 pub mod gaussian_process;
+mod last_layer;
 mod latent;
 mod manifest;
 mod model;
@@ -52,6 +53,7 @@ pub use change::{camera_motion, object_centred_change};
 pub use embedding_model::EmbeddingModel;
 pub use error::{GraphError, ModelError, NodeFault};
 pub use folder::LARGEST_FILE;
+pub use last_layer::DecoderLastLayer;
 pub use latent::{Latent, LatentLayout};
 pub use manifest::{
     FORMAT, FileRecord, GraphRecord, MANIFEST, Manifest, TrainingDetails, TrainingRecord, VERSION,

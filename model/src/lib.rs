@@ -12,6 +12,7 @@
 //! | `m(z)`, `h(e, x_rel)`, `q(e \| z, x_rel)` | [`ObservationModel`] |
 //! | `p(m(z) \| c, x_rel)` of Eq. 8 | [`ClassModel`] |
 //! | `p(m(z') \| z, e, Delta X)` of Eq. 15 | [`PairModel`], [`PairLinearization`] |
+//! | `h = W phi`, of which `W` may be learnt | [`LastLayer`] |
 //! | an azimuth read off `z` alone | [`AzimuthSensor`] |
 //! | numbers by which crops are compared | [`Embedding`] |
 //! | `N(e; mean, variance)`, and products of them | [`LatentGaussian`], [`Information`] |
@@ -26,6 +27,7 @@ mod azimuth_sensor;
 mod class_model;
 mod embedding;
 mod error;
+mod last_layer;
 mod latent_gaussian;
 pub mod linearization;
 mod measurement_noise;
@@ -38,6 +40,7 @@ pub use azimuth_sensor::{AzimuthReading, AzimuthSensor};
 pub use class_model::ClassModel;
 pub use embedding::Embedding;
 pub use error::AnswerError;
+pub use last_layer::LastLayer;
 pub use latent_gaussian::{Information, LatentGaussian};
 pub use linearization::{Linearization, ViewpointDerivative};
 pub use measurement_noise::MeasurementNoise;

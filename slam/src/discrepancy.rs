@@ -34,6 +34,12 @@ impl<'m, M: ObservationModel + ?Sized> Discrepant<'m, M> {
         Self { model, sigma, functions: Periodic::new(concentration) }
     }
 
+    /// The model's own latent, and from where it sees.
+    pub fn within(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> (DVector<f64>, Viewpoint) {
+        let (own, off) = self.off(latent, viewpoint);
+        (own, viewpoint.turned(off.angle))
+    }
+
     /// The model's own latent, and by how much the azimuth is off with the derivative of that by the azimuth and by `b`.
     fn off(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> (DVector<f64>, Off) {
         let own = self.model.latent_dim();

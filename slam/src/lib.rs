@@ -19,6 +19,8 @@
 //! | what an episode differs in from training, learnt beside it (Eq. 25-26) | [`domain`] |
 //! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
 //! | what a run teaches of the model | [`domain`], [`Refitted`], [`Checked`] |
+//! | what drives teach, from one to the next | [`mod@lesson`], [`Learner`], [`DomainAdapted`], [`DecoderAdapted`] |
+//! | draws of the posterior | [`mod@draws`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel), p(z' \| z, e, Delta X) | [`vantage_model::ObservationModel`], [`vantage_model::PairModel`] |
 //! | the product | [`graph`] |
 //! | objects as ellipsoids | [`mod@extents`] |
@@ -42,6 +44,7 @@ pub mod bearing_offset;
 pub mod covariance;
 pub mod discrepancy;
 pub mod domain;
+pub mod draws;
 pub mod estimate;
 pub mod estimator;
 pub mod extents;
@@ -51,6 +54,7 @@ pub mod incremental;
 pub mod initial;
 pub mod input;
 pub mod laplace;
+pub mod lesson;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
@@ -76,10 +80,11 @@ pub use estimate::{
     UnresolvedReason,
 };
 pub use estimator::{
-    AzimuthHead, Checked, DiscreteClass, Estimator, Geometric, OdometryOnly, Refitted, Semantic,
-    Uninformative, ViewpointPairs,
+    AzimuthHead, Checked, DecoderAdapted, DiscreteClass, DomainAdapted, Estimator, Geometric, Learner,
+    OdometryOnly, Refitted, Semantic, Uninformative, ViewpointPairs,
 };
 pub use input::EstimateError;
+pub use lesson::Lesson;
 pub use online::{Online, StepObservations};
 pub use settings::{
     AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,

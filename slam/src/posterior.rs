@@ -5,6 +5,7 @@ use crate::estimate::{
     Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
 };
 use crate::graph::Graph;
+use crate::lesson::DomainBelief;
 use crate::linear::Structure;
 use crate::settings::SolverSettings;
 use crate::sighting::Sighting;
@@ -67,6 +68,16 @@ impl<'m> Posterior<'m> {
             unresolved_landmarks: Vec::new(),
             dropped: Dropped::default(),
         }
+    }
+
+    /// The marginal of the domain; `None` where there is none, or the normal equations are singular.
+    pub(crate) fn domain(&self) -> Option<DomainBelief> {
+        let values = &self.solution.values;
+        let mean = values.vector(Key::Domain)?.clone();
+        let structure = Structure::new(&self.graph, values, |_| true)?;
+        let system = structure.linearize(&self.graph, values)?;
+        let covariance = Marginals::new(&system)?.covariances(&[Key::Domain]).pop()??;
+        covariance.iter().all(|x| x.is_finite()).then_some(DomainBelief { mean, covariance })
     }
 
     /// The estimate: values, and marginals where the settings ask for them; `seen` tells of each placed object.

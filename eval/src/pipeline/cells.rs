@@ -1,10 +1,14 @@
 //! A cell of a map: one scene's episodes, and the trajectories of all that runs in it.
 
+use super::estimates::{Lessons, drives};
 use super::tables::trajectory_runs;
-use super::{LoadedModel, Naming, Pipeline, StageError, chosen_model, episodes, estimates, methods, models};
+use super::{
+    LoadedModel, Naming, Pipeline, SeedEpisode, StageError, chosen_model, episodes, methods, models,
+};
 use crate::progress::Progress;
 use crate::result::run::Run;
 use crate::scene_file::SceneFile;
+use crate::scene_file::life::drive_seed;
 use crate::scene_file::map::COLUMNS;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,6 +38,8 @@ pub struct Cell<'a> {
     pub renderer: RendererChoice,
     /// Its seeds.
     pub seeds: &'a [Seed],
+    /// Which drive of the lives with these seeds it is.
+    pub drive: Option<u64>,
     /// Where it tells of itself.
     pub progress: &'a Progress,
 }
@@ -48,6 +54,8 @@ pub struct CellRuns {
     pub models: BTreeMap<String, String>,
     /// The seals of its episodes.
     pub seals: Vec<String>,
+    /// What each row that learns knows after it.
+    pub lessons: Lessons,
     /// What rendered.
     pub renderer: RendererInfo,
 }
@@ -65,29 +73,39 @@ fn models_of(pipeline: &Pipeline, model: Option<&Path>) -> Result<Vec<LoadedMode
     models(pipeline, &[chosen], Naming::Kind, &[])
 }
 
-/// Simulates, estimates and scores a cell, or takes from the cache what is there.
-pub fn cell(cell: &Cell<'_>) -> Result<CellRuns, StageError> {
+/// Simulates, estimates and scores a cell after those that taught `before`, or takes from the cache what is there.
+pub fn cell(cell: &Cell<'_>, before: &Lessons) -> Result<CellRuns, StageError> {
     let mut made: Option<CellRuns> = None;
     for pass in cell.passes {
         let progress = cell.progress.clone();
         let pipeline = Pipeline::of(pass.scene.clone(), cell.path, cell.cache, cell.renderer, progress)?;
-        let more = runs(&pipeline, pass.model.as_deref(), cell.seeds)?;
+        let more = runs(&pipeline, pass.model.as_deref(), cell, before)?;
         match &mut made {
             None => made = Some(more),
             Some(made) => {
                 made.methods.extend(more.methods);
                 made.runs.extend(more.runs);
                 made.models.extend(more.models);
+                made.lessons.extend(more.lessons);
             }
         }
     }
     Ok(made.expect("something runs in every cell"))
 }
 
-fn runs(pipeline: &Pipeline, model: Option<&Path>, seeds: &[Seed]) -> Result<CellRuns, StageError> {
+fn runs(
+    pipeline: &Pipeline,
+    model: Option<&Path>,
+    &Cell { seeds, drive, .. }: &Cell<'_>,
+    before: &Lessons,
+) -> Result<CellRuns, StageError> {
     let models = models_of(pipeline, model)?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
-    let episodes = episodes(pipeline, seeds, Split::Test)?;
+    let of_drive: Vec<Seed> =
+        seeds.iter().map(|&seed| drive.map_or(seed, |drive| drive_seed(seed, drive))).collect();
+    let made = episodes(pipeline, &of_drive, Split::Test)?;
+    let of_life = |(&seed, (_, episode)): (&Seed, SeedEpisode)| (seed, episode);
+    let episodes: Vec<SeedEpisode> = seeds.iter().zip(made).map(of_life).collect();
     let mut seals = Vec::new();
     for episode in episodes.iter().filter_map(|(_, episode)| episode.as_ref().ok()) {
         let truth = read_truth(&episode.folder)?;
@@ -95,7 +113,7 @@ fn runs(pipeline: &Pipeline, model: Option<&Path>, seeds: &[Seed]) -> Result<Cel
         models.iter().try_for_each(|model| model.check_unseen(instances()))?;
         seals.push(episode.seal.clone());
     }
-    let answers = estimates(pipeline, &episodes, &methods)?;
+    let (answers, lessons) = drives(pipeline, &episodes, &methods, drive.map(|_| before))?;
     let name = |model: &LoadedModel| {
         let folder = model.folder.file_name().unwrap_or_default();
         (folder.to_string_lossy().into_owned(), model.model.hash().to_owned())
@@ -105,6 +123,7 @@ fn runs(pipeline: &Pipeline, model: Option<&Path>, seeds: &[Seed]) -> Result<Cel
         runs: trajectory_runs(&methods, &episodes, &answers, &COLUMNS)?,
         models: models.iter().map(name).collect(),
         seals,
+        lessons,
         renderer: pipeline.renderer_info.clone(),
     })
 }

@@ -1,6 +1,7 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
 use super::azimuth_sensor::AzimuthSensor;
+use super::model::last_layer;
 use super::stage_cache::StageCache;
 use super::{EpisodeFolder, LoadedModel, ModelRefusal, Pipeline, SeedEpisode, StageError, code};
 use crate::result::run::Outcome;
@@ -15,10 +16,11 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use vantage_dataset::store::{Key, read_observations, read_truth};
 use vantage_dataset::{Observations, Pose, Seed};
+use vantage_learn::DecoderLastLayer;
 use vantage_learn::residual_process::ResidualProcess;
-use vantage_model::ObservationModel;
+use vantage_model::{LastLayer, ObservationModel};
 use vantage_slam::{
-    Estimate, EstimateError, LandmarkEstimate, ObjectEstimate as EstimatedObject, Outcome as Ending,
+    Estimate, EstimateError, LandmarkEstimate, Lesson, ObjectEstimate as EstimatedObject, Outcome as Ending,
 };
 
 const FILE: &str = "answer.json";
@@ -200,29 +202,114 @@ impl Answer {
 /// The answers on a seed, in the order of the methods.
 pub type SeedAnswers = (Seed, Vec<Answer>);
 
+/// What each row that learns was taught, seed by seed.
+pub type Lessons = BTreeMap<Row, Vec<Lesson>>;
+
 /// The answers of all methods on all seeds, seeds in parallel; the result does not depend on how many threads there are.
 pub fn estimates(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     methods: &[Method<'_>],
 ) -> Result<Vec<SeedAnswers>, StageError> {
+    Ok(drives(pipeline, episodes, methods, None)?.0)
+}
+
+/// Likewise, of drives that go on from what those `before` taught, of none where there is none for a row; and what they teach.
+pub fn drives(
+    pipeline: &Pipeline,
+    episodes: &[SeedEpisode],
+    methods: &[Method<'_>],
+    before: Option<&Lessons>,
+) -> Result<(Vec<SeedAnswers>, Lessons), StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
     let cache = &pipeline.cache;
-    let on_seed = |(seed, episode): &SeedEpisode| {
-        let answers = match episode {
-            Err(reason) => methods.iter().map(|_| Answer::failed(reason.clone())).collect(),
-            Ok(episode) => {
-                // Read where the cache lacks an answer.
-                let observations = OnceCell::new();
-                let stored = |method| answered(cache, episode, &observations, method, spec);
-                methods.iter().map(stored).collect::<Result<_, _>>()?
+    let on_seed = |(index, (seed, episode)): (usize, &SeedEpisode)| {
+        // Read where the cache lacks an answer.
+        let observations = OnceCell::new();
+        let of_method = |method: &Method<'_>| {
+            let known = || before?.get(&method.row)?.get(index).cloned();
+            let before = before.filter(|_| method.row.learns()).map(|_| known().unwrap_or_default());
+            match (episode, before) {
+                (Err(reason), before) => Ok(Drive { answer: Answer::failed(reason.clone()), lesson: before }),
+                (Ok(episode), Some(before)) => learnt(cache, episode, &observations, (method, spec), &before),
+                (Ok(episode), None) => {
+                    let answer = answered(cache, episode, &observations, method, spec)?;
+                    Ok(Drive { answer, lesson: None })
+                }
             }
         };
+        let driven = methods.iter().map(of_method).collect::<Result<Vec<Drive>, StageError>>()?;
         stage.advance(1);
-        Ok((*seed, answers))
+        Ok((*seed, driven))
     };
-    episodes.par_iter().map(on_seed).collect()
+    let driven = episodes.par_iter().enumerate().map(on_seed).collect::<Result<Vec<_>, StageError>>()?;
+    let mut lessons = Lessons::new();
+    let mut answers = Vec::with_capacity(driven.len());
+    for (seed, of_seed) in driven {
+        let mut of_methods = Vec::with_capacity(of_seed.len());
+        for (method, Drive { answer, lesson }) in methods.iter().zip(of_seed) {
+            of_methods.push(answer);
+            lesson.into_iter().for_each(|lesson| lessons.entry(method.row).or_default().push(lesson));
+        }
+        answers.push((seed, of_methods));
+    }
+    Ok((answers, lessons))
+}
+
+/// An answer, and what is known after it by a row that learns.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Drive {
+    answer: Answer,
+    lesson: Option<Lesson>,
+}
+
+/// The observations of an episode, read once.
+fn read<'o>(
+    observations: &'o OnceCell<Observations>,
+    episode: &EpisodeFolder,
+) -> Result<&'o Observations, StageError> {
+    match observations.get() {
+        Some(observations) => Ok(observations),
+        None => {
+            let read = read_observations(&episode.folder)?;
+            Ok(observations.get_or_init(|| read))
+        }
+    }
+}
+
+/// A drive after those that taught `before`, from the cache where that has it.
+fn learnt(
+    cache: &StageCache,
+    episode: &EpisodeFolder,
+    observations: &OnceCell<Observations>,
+    (method, spec): (&Method<'_>, &EstimatorSpec),
+    before: &Lesson,
+) -> Result<Drive, StageError> {
+    let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
+    let (code, model) = (code::ESTIMATED, method.model.model.hash());
+    let inputs = Inputs { code, episode: &episode.seal, model, readouts: None, process: None, spec: of_row };
+    let key = Key::new("drive", &(inputs, before))?;
+    cache.json(&key, FILE, || {
+        let observations = read(observations, episode)?;
+        let layer = layer_of(method)?;
+        let reader =
+            Reader { layer: layer.as_ref().map(|layer| layer as &dyn LastLayer), ..method.model.reader() };
+        let learner = method.row.learner(&spec.settings(), reader).expect("the row learns");
+        let same = |answer| Ok(Drive { answer, lesson: Some(before.clone()) });
+        match catch_unwind(AssertUnwindSafe(|| learner.learn(observations, before))) {
+            Ok(Ok((estimate, lesson))) => Ok(Drive { answer: Answer::new(estimate), lesson: Some(lesson) }),
+            Ok(Err(error @ EstimateError::Model(_))) => same(Answer::failed(error.to_string())),
+            Ok(Err(error)) => Err(error.into()),
+            Err(_) => same(Answer::failed(PANICKED.to_owned())),
+        }
+    })
+}
+
+fn layer_of<'m>(method: &Method<'m>) -> Result<Option<DecoderLastLayer<'m>>, StageError> {
+    let LoadedModel { model, folder, .. } = method.model;
+    Ok(if method.row.learns_layer() { Some(last_layer(model, folder)?) } else { None })
 }
 
 /// The answer of a method on an episode, from the cache where that has it.
@@ -242,13 +329,7 @@ fn answered(
     let inputs = Inputs { code, episode: &episode.seal, model, readouts, process, spec: of_row };
     let key = Key::new("estimate", &inputs)?;
     cache.json(&key, FILE, || {
-        let observations = match observations.get() {
-            Some(observations) => observations,
-            None => {
-                let read = read_observations(&episode.folder)?;
-                observations.get_or_init(|| read)
-            }
-        };
+        let observations = read(observations, episode)?;
         let ideal = match method.row.reads_truth() {
             true => {
                 let truth = read_truth(&episode.folder)?;
@@ -278,7 +359,9 @@ fn answer(
         _ => None,
     };
     let process = process.as_ref().map(|process| process as &dyn ObservationModel);
-    let reader = Reader { ideal, process, ..method.model.reader() };
+    let layer = layer_of(method)?;
+    let layer = layer.as_ref().map(|layer| layer as &dyn LastLayer);
+    let reader = Reader { ideal, process, layer, ..method.model.reader() };
     let estimator = method.row.estimator(&spec.settings(), reader);
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => {

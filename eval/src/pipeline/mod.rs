@@ -39,7 +39,7 @@ pub use cells::{Cell, CellRuns, Pass, cell, row_names};
 pub use embedding::embedding;
 pub use episodes::{EpisodeFolder, SeedEpisode, TRUE_MOTION, concerns_one_seed, episodes, recorded_caveat};
 pub use error::StageError;
-pub use estimates::{Answer, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
+pub use estimates::{Answer, Lessons, Method, PANICKED, SeedAnswers, StoredObject, estimates, methods};
 #[cfg(feature = "train")]
 pub use known_views::Teller;
 pub use model::{

@@ -15,7 +15,7 @@ use vantage_dataset::store::StoreError;
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::readout::Readouts;
 use vantage_learn::residual_process::ResidualHyperparameters;
-use vantage_learn::{Kind, MANIFEST, Model, Objective, Role, Viewing};
+use vantage_learn::{DecoderLastLayer, Kind, MANIFEST, Model, Objective, Role, Viewing};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -45,6 +45,7 @@ impl LoadedModel {
             readouts: self.readouts.as_ref().map(|(readouts, _)| readouts),
             ideal: None,
             process: None,
+            layer: None,
         }
     }
 
@@ -205,11 +206,24 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
             format!("has no graph {jacobian}: derivatives are by central differences, many times slower");
         note(pipeline, folder, &what);
     }
+    if pipeline.file.estimator.rows.iter().any(|row| row.learns_layer()) {
+        last_layer(&model, folder)?;
+    }
     let is_read = pipeline.file.estimator.rows.iter().any(|row| row.reads_out());
     let readouts = if is_read { Some(readouts(pipeline, &model)?) } else { None };
     let is_corrected = pipeline.file.estimator.rows.iter().any(|row| row.has_process());
     let process = if is_corrected { Some(object_process(pipeline, &model)?) } else { None };
     Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned(), readouts, process })
+}
+
+/// The last layer of the model in a folder; other models than viewpoint-dependent ones are refused.
+pub fn last_layer<'m>(model: &'m Model, folder: &Path) -> Result<DecoderLastLayer<'m>, ModelRefusal> {
+    let folder = || folder.to_owned();
+    match model {
+        Model::ViewpointDependent(of) => DecoderLastLayer::load(of, &folder())
+            .map_err(|source| ModelRefusal::NoLastLayer { folder: folder(), source: Box::new(source) }),
+        _ => Err(ModelRefusal::NotViewpointDependent { folder: folder(), kind: model.manifest().kind }),
+    }
 }
 
 fn reads_pairs(pipeline: &Pipeline) -> bool {

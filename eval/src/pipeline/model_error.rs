@@ -81,6 +81,28 @@ pub enum ModelRefusal {
         /// Its name.
         scene: String,
     },
+    /// A row learns the last layer of a decoder, and the model has none.
+    #[error(
+        "{}: the row decoder_adapted learns the decoder of a viewpoint_dependent model, and this one is {kind}; name another by --model, \
+         or leave the row out of estimator.rows", folder.display()
+    )]
+    NotViewpointDependent {
+        /// The model's.
+        folder: PathBuf,
+        /// The model's.
+        kind: Kind,
+    },
+    /// A row learns the last layer of a decoder, and that of the model is none that can be told from its graphs.
+    #[error(
+        "{}: the row decoder_adapted learns the last layer of decoders that bench train writes, and this is none: {source}; leave the row out \
+         of estimator.rows", folder.display()
+    )]
+    NoLastLayer {
+        /// The model's.
+        folder: PathBuf,
+        /// What is otherwise.
+        source: Box<vantage_learn::ModelError>,
+    },
     /// A row needs read-outs, and there are too few views to fit them on.
     #[error(
         "scene {scene}: {views} validation views are too few to fit the read-outs of rows azimuth_head and discrete_class on; raise \

@@ -1,6 +1,7 @@
 //! The map file: one scene in many cells, the estimators that are compared in each, and what is expected of them.
 
 use super::hypothesis::Hypothesis;
+use super::life::Stretch;
 use super::row::Row;
 use super::seeds::Seeds;
 use super::vary::{Axis, Fields, of_a_cell, told};
@@ -98,6 +99,14 @@ pub struct Panel {
     #[serde(default)]
     #[garde(custom(of_a_cell))]
     pub set: Fields,
+    /// Where drives follow each other, their worlds: rows that learn go on from what the drives before taught.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(length(max = 50), dive)]
+    pub life: Vec<Stretch>,
+    /// Whether each drive is a first one, of which those before taught nothing.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[garde(skip)]
+    pub alone: bool,
     /// What runs in its cells, in place of what runs in all others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive, custom(not_empty))]
@@ -118,6 +127,8 @@ impl MapFile {
                 name: scene.name.clone(),
                 title: scene.name.clone(),
                 set: Fields::new(),
+                life: Vec::new(),
+                alone: false,
                 estimates: None,
             }],
             Some(down) => {
@@ -125,6 +136,8 @@ impl MapFile {
                     name: format!("panel_{i}"),
                     title: format!("{} {}", down.label(), told(value)),
                     set: down.at(value),
+                    life: Vec::new(),
+                    alone: false,
                     estimates: None,
                 };
                 down.over.iter().enumerate().map(panel).collect()

@@ -4,6 +4,7 @@ mod error;
 pub mod estimator;
 pub mod hypothesis;
 mod kind;
+pub mod life;
 pub mod map;
 mod place;
 mod range;

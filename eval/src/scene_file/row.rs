@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
-use vantage_model::{ObservationModel, PairModel};
+use vantage_model::{LastLayer, ObservationModel, PairModel};
 use vantage_slam::{
-    AzimuthHead, Checked, DiscreteClass, Estimator, Geometric, OdometryOnly, OrientationSettings, Refitted,
-    Semantic, SemanticSettings, Settings, Uninformative, ViewpointPairs,
+    AzimuthHead, Checked, DecoderAdapted, DiscreteClass, DomainAdapted, Estimator, Geometric, Learner,
+    OdometryOnly, OrientationSettings, Refitted, Semantic, SemanticSettings, Settings, Uninformative,
+    ViewpointPairs,
 };
 
 /// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
@@ -53,6 +54,8 @@ pub struct Reader<'m> {
     pub ideal: Option<&'m dyn ObservationModel>,
     /// The model with a process per object beside it, which is there where a row [has one](Row::has_process).
     pub process: Option<&'m dyn ObservationModel>,
+    /// The last layer of its decoder, which is there where a row [learns it](Row::learns_layer).
+    pub layer: Option<&'m dyn LastLayer>,
 }
 
 impl<'m> Reader<'m> {
@@ -66,6 +69,10 @@ impl<'m> Reader<'m> {
 
     fn process(&self) -> &'m dyn ObservationModel {
         self.process.expect("it is fitted where a row has one")
+    }
+
+    fn layer(&self) -> &'m dyn LastLayer {
+        self.layer.expect("other models are refused where a row learns it")
     }
 
     fn ideal(&self) -> &'m dyn ObservationModel {
@@ -140,9 +147,10 @@ rows! {
     };
     /// `viewpoint_dependent`, with an affine change of the model's predictions that is learnt on the episode (Eq. 25-26); runs where a scene
     /// names it.
-    DomainAdapted => |settings: &Settings, reader: Reader<'m>| {
-        Semantic::new(settings, reader.model).in_domain(&settings.domain)
-    };
+    DomainAdapted => |settings, reader: Reader<'m>| DomainAdapted::new(settings, reader.model);
+    /// `viewpoint_dependent`, the last layer of the model's decoder learnt on the episode by expectation maximization (Eq. 25-26); runs where
+    /// a scene names it.
+    DecoderAdapted => |settings, reader: Reader<'m>| DecoderAdapted::new(settings, reader.layer());
     /// `viewpoint_dependent`, with the noise refitted and a domain learnt on the episode, each kept only where it predicts crops that it did
     /// not see; runs where a scene names it.
     LearningChecked => |settings: &Settings, reader: Reader<'m>| Checked::new(settings, reader.model, &settings.domain);
@@ -168,6 +176,26 @@ impl Row {
     /// Whether it corrects a model by a process per object that is fitted on views.
     pub fn has_process(self) -> bool {
         self == Row::ObjectProcess
+    }
+
+    /// Whether it learns the last layer of a model's decoder.
+    pub fn learns_layer(self) -> bool {
+        self == Row::DecoderAdapted
+    }
+
+    /// Whether it goes on from what drives before taught.
+    pub fn learns(self) -> bool {
+        matches!(self, Row::NoiseRefitted | Row::DomainAdapted | Row::DecoderAdapted)
+    }
+
+    /// What goes on from what drives before taught; `None` of a row that learns nothing, or keeps nothing of it.
+    pub fn learner<'m>(self, settings: &Settings, reader: Reader<'m>) -> Option<Box<dyn Learner + 'm>> {
+        Some(match self {
+            Row::NoiseRefitted => Box::new(Refitted::new(settings, reader.model)),
+            Row::DomainAdapted => Box::new(DomainAdapted::new(settings, reader.model)),
+            Row::DecoderAdapted => Box::new(DecoderAdapted::new(settings, reader.layer())),
+            _ => return None,
+        })
     }
 
     /// Whether it reads views in pairs, as viewpoint-predictive models alone tell them.

@@ -166,7 +166,7 @@ fn check_weight(weight: &TensorProto, name: &str) -> Result<(), GraphError> {
 }
 
 /// The numbers of a weight that is not of integers.
-fn numbers(weight: &TensorProto) -> Vec<f32> {
+pub(super) fn numbers(weight: &TensorProto) -> Vec<f32> {
     match DataType::try_from(weight.data_type) {
         Ok(DataType::Float) => {
             let bytes = weight.raw_data.chunks_exact(4);

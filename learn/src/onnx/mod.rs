@@ -9,6 +9,7 @@ pub(crate) mod graph;
 mod infer;
 #[cfg(target_arch = "x86_64")]
 mod kernels;
+pub(crate) mod last_layer;
 #[cfg(target_arch = "x86_64")]
 mod routines;
 

@@ -17,6 +17,7 @@ use super::{Estimator, Semantic};
 use crate::domain::DomainPrior;
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
+use crate::lesson::NoiseOdds;
 use crate::settings::{SemanticSettings, Settings, SolverSettings};
 use crate::sighting::sightings;
 use crate::solve::Outcome;
@@ -96,8 +97,8 @@ impl Reading<'_> {
         let by = |semantics: &SemanticSettings| {
             Ok(((), self.evidence(&Learnt { semantics: *semantics, ..*before })?.log))
         };
-        let (semantics, ()) = most_probable(before.semantics, by)?;
-        Ok(Learnt { semantics, ..*before })
+        let (refit, ()) = most_probable(before.semantics, &NoiseOdds::default(), by)?;
+        Ok(Learnt { semantics: refit.semantics, ..*before })
     }
 }
 

@@ -4,7 +4,9 @@
 
 mod azimuth_head;
 mod checked;
+mod decoder_adapted;
 mod discrete_class;
+mod domain_adapted;
 mod geometric;
 mod hypotheses;
 mod odometry;
@@ -15,7 +17,9 @@ mod uninformative;
 
 pub use azimuth_head::AzimuthHead;
 pub use checked::Checked;
+pub use decoder_adapted::DecoderAdapted;
 pub use discrete_class::DiscreteClass;
+pub use domain_adapted::DomainAdapted;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;
 pub use pairs::ViewpointPairs;
@@ -25,6 +29,7 @@ pub use uninformative::Uninformative;
 
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
+use crate::lesson::Lesson;
 use crate::online::Online;
 use vantage_dataset::{Camera, Observations, Pose};
 
@@ -41,4 +46,14 @@ pub trait Estimator: Sync {
     fn online(&self, _camera: Camera, _robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
         None
     }
+}
+
+/// An estimator that goes on from what earlier drives taught.
+pub trait Learner: Estimator {
+    /// The estimate of a drive after those that taught `before`, and what is known after it.
+    fn learn(
+        &self,
+        observations: &Observations,
+        before: &Lesson,
+    ) -> Result<(Estimate, Lesson), EstimateError>;
 }

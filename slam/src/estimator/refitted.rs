@@ -1,18 +1,19 @@
 //! P(X, O, E | U, Z^g, Z^s), with the noise of crops and the model's discrepancy refitted on the run itself: no prediction is changed,
 //! only how far it is trusted. What learning while localising has to beat.
 
-use super::{Estimator, Semantic};
+use super::{Estimator, Learner, Semantic};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
+use crate::lesson::{DISCREPANCIES, Lesson, NoiseOdds, SPREADS};
 use crate::settings::{AzimuthDiscrepancy, SemanticSettings, Settings};
 use std::f64::consts::PI;
 use vantage_dataset::Observations;
 use vantage_model::ObservationModel;
 
 /// Factors of the spread of the semantic residual that are tried.
-const NOISE: [f64; 4] = [1.0, 1.4, 2.0, 2.8];
+const SPREAD: [f64; SPREADS] = [1.0, 1.4, 2.0, 2.8];
 /// Factors of the discrepancy's deviation that are tried, under the best of those.
-const DISCREPANCY: [f64; 2] = [2.0, 4.0];
+const DISCREPANCY: [f64; DISCREPANCIES] = [1.0, 2.0, 4.0];
 
 /// [`Semantic`] under the noise and the discrepancy that make what is observed most probable.
 pub struct Refitted<'m> {
@@ -29,45 +30,86 @@ impl<'m> Refitted<'m> {
 
 impl Estimator for Refitted<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        Ok(self.learn(observations, &Lesson::default())?.0)
+    }
+}
+
+/// By the evidences of all drives so far, those of older ones counting less.
+impl Learner for Refitted<'_> {
+    fn learn(
+        &self,
+        observations: &Observations,
+        before: &Lesson,
+    ) -> Result<(Estimate, Lesson), EstimateError> {
         let by = |semantics: &SemanticSettings| {
             let settings = Settings { semantics: *semantics, ..self.settings };
             Semantic::new(&settings, self.model).evidenced(observations)
         };
-        Ok(most_probable(self.settings.semantics, by)?.1)
+        let (refit, estimate) = most_probable(self.settings.semantics, &before.noise, by)?;
+        Ok((estimate, Lesson { noise: before.noise.after(&refit.odds), ..before.clone() }))
     }
 }
 
-/// A way to read crops, what was made by it, and the evidence of it.
-type Tried<T> = (SemanticSettings, T, Option<f64>);
+/// The noise and the discrepancy that are most probable.
+pub(super) struct Refit {
+    /// How crops are read by them.
+    pub(super) semantics: SemanticSettings,
+    /// What this drive says of all that were tried.
+    odds: NoiseOdds,
+}
 
-/// The noise and the discrepancy, those that were `told` or larger, of the largest evidence that is defined; those that were told where none
-/// is. With them, what was made `by` them.
+/// What was made by a way to read crops, and the evidence of it.
+type Tried<T> = (T, Option<f64>);
+
+/// The noise and the discrepancy, those that were `told` or larger, of the largest evidence that is defined, with that of the drives
+/// `before`; those that were told where none is. With them, what was made `by` them.
 pub(super) fn most_probable<T>(
     told: SemanticSettings,
-    mut by: impl FnMut(&SemanticSettings) -> Result<(T, Option<f64>), EstimateError>,
-) -> Result<(SemanticSettings, T), EstimateError> {
-    let mut tried = |semantics| by(&semantics).map(|(made, evidence)| (semantics, made, evidence));
-    let mut best = tried(told)?;
-    for factor in &NOISE[1..] {
-        let semantics = SemanticSettings { noise_scale: told.noise_scale * factor, ..told };
-        best = more_probable(best, tried(semantics)?);
-    }
-    let fitted = best.0;
-    for factor in DISCREPANCY {
-        let Some(of) = fitted.azimuth_discrepancy else { break };
-        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma: (of.sigma * factor).min(PI), ..of });
-        best = more_probable(best, tried(SemanticSettings { azimuth_discrepancy, ..fitted })?);
-    }
-    Ok((best.0, best.1))
+    before: &NoiseOdds,
+    mut by: impl FnMut(&SemanticSettings) -> Result<Tried<T>, EstimateError>,
+) -> Result<(Refit, T), EstimateError> {
+    let first = by(&told)?;
+    let spread = |factor: f64| SemanticSettings { noise_scale: told.noise_scale * factor, ..told };
+    let (semantics, best, of_spread) = best_of(SPREAD.map(spread), first, &before.spread, &mut by)?;
+    let mut odds = NoiseOdds { spread: of_spread, ..NoiseOdds::default() };
+    let Some(of) = semantics.azimuth_discrepancy else { return Ok((Refit { semantics, odds }, best.0)) };
+    let discrepancy = |factor: f64| {
+        let sigma = (of.sigma * factor).min(of.sigma.max(PI));
+        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma, ..of });
+        SemanticSettings { azimuth_discrepancy, ..semantics }
+    };
+    let (semantics, best, of_discrepancy) =
+        best_of(DISCREPANCY.map(discrepancy), best, &before.discrepancy, &mut by)?;
+    odds.discrepancy = of_discrepancy;
+    Ok((Refit { semantics, odds }, best.0))
 }
 
-/// The more probable of two; the first where neither is known to be.
-fn more_probable<T>(own: Tried<T>, other: Tried<T>) -> Tried<T> {
-    match (own.2, other.2) {
-        (Some(of_own), Some(of_other)) if of_other > of_own => other,
-        (None, Some(_)) => other,
-        _ => own,
+/// The most probable of several ways to read crops, of which the first was tried, with the log-odds of `before`; and the log-odds of each
+/// over the first by this drive alone. What has no evidence never is it, but the first where none has.
+fn best_of<T, const N: usize>(
+    ways: [SemanticSettings; N],
+    first: Tried<T>,
+    before: &[f64; N],
+    mut by: impl FnMut(&SemanticSettings) -> Result<Tried<T>, EstimateError>,
+) -> Result<(SemanticSettings, Tried<T>, [f64; N]), EstimateError> {
+    let told = first.1;
+    let mut best = (0, first);
+    let mut odds = [0.0; N];
+    for (i, way) in ways.iter().enumerate().skip(1) {
+        let other = by(way)?;
+        if let (Some(of_told), Some(of_other)) = (told, other.1) {
+            odds[i] = of_other - of_told;
+        }
+        let is_better = match (best.1.1, other.1) {
+            (Some(own), Some(of_other)) => of_other + before[i] > own + before[best.0],
+            (None, Some(_)) => true,
+            _ => false,
+        };
+        if is_better {
+            best = (i, other);
+        }
     }
+    Ok((ways[best.0], best.1, odds))
 }
 
 #[cfg(test)]
@@ -79,8 +121,8 @@ mod tests {
         let told = SemanticSettings { azimuth_discrepancy: None, ..SemanticSettings::default() };
         let by_scale = |evidence: fn(f64) -> Option<f64>| {
             let by = |of: &SemanticSettings| Ok((of.noise_scale, evidence(of.noise_scale)));
-            let (semantics, made) = most_probable(told, by).unwrap();
-            assert_eq!(semantics.noise_scale, made);
+            let (refit, made) = most_probable(told, &NoiseOdds::default(), by).unwrap();
+            assert_eq!(refit.semantics.noise_scale, made);
             made / told.noise_scale
         };
         assert_eq!(by_scale(|_| Some(1.0)), 1.0);
@@ -98,7 +140,19 @@ mod tests {
             tried.push((of.noise_scale, of.azimuth_discrepancy.map_or(0.0, |of| of.sigma)));
             Ok(((), Some(-(of.noise_scale - 2.0).abs())))
         };
-        most_probable(told, by).unwrap();
+        most_probable(told, &NoiseOdds::default(), by).unwrap();
         assert_eq!(tried, [(1.0, 1.0), (1.4, 1.0), (2.0, 1.0), (2.8, 1.0), (2.0, 2.0), (2.0, PI)]);
+    }
+
+    #[test]
+    fn what_drives_before_say_counts() {
+        let told = SemanticSettings { azimuth_discrepancy: None, ..SemanticSettings::default() };
+        let by = |of: &SemanticSettings| Ok(((), Some(-of.noise_scale / told.noise_scale)));
+        let after = |before: &NoiseOdds| most_probable(told, before, by).unwrap().0;
+        let first = after(&NoiseOdds::default());
+        assert_eq!(first.semantics.noise_scale, told.noise_scale);
+        assert_eq!(first.odds.spread.map(|odds| (odds * 10.0).round()), [0.0, -4.0, -10.0, -18.0]);
+        let before = NoiseOdds { spread: [0.0, 0.0, 1.5, 1.5], ..NoiseOdds::default() };
+        assert_eq!(after(&before).semantics.noise_scale, 2.0 * told.noise_scale);
     }
 }

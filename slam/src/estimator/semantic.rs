@@ -3,14 +3,16 @@
 use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
 use crate::domain::{Domain, DomainPrior};
+use crate::draws::draws;
 use crate::estimate::{Dropped, Estimate};
-use crate::factor::{Factor, StandardNormalPrior};
+use crate::factor::{Factor, GaussianPrior, StandardNormalPrior};
 use crate::input::{EstimateError, check_model, check_settings};
 use crate::laplace::log_evidence;
+use crate::lesson::DomainBelief;
 use crate::online::{Online, Reading};
 use crate::orientation::{Mode, modes};
 use crate::posterior::{Posterior, Seen};
-use crate::semantics::{SemanticObject, Semantics};
+use crate::semantics::{SemanticObject, SemanticView, Semantics};
 use crate::settings::{OrientationSettings, SemanticSettings, Settings, SolverSettings};
 use crate::sighting::Sighting;
 use crate::solve::{Outcome, Solution, solve};
@@ -18,7 +20,7 @@ use crate::unknown_object::log_odds;
 use crate::variable::{Key, Value, Values};
 use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
-use vantage_dataset::{Camera, Observations, Pose};
+use vantage_dataset::{Camera, Observations, Pose, Stream, Viewpoint};
 use vantage_model::{AnswerError, ObservationModel};
 
 /// The geometric estimator's factors and those of Eq. 9-10, by one observation model.
@@ -29,6 +31,8 @@ pub struct Semantic<'m> {
     semantics: SemanticSettings,
     orientation: OrientationSettings,
     domain: Option<Domain>,
+    /// The domain's prior; without it, that of a first drive.
+    belief: Option<DomainBelief>,
     /// Detections whose crops are not read.
     hidden: BTreeSet<usize>,
 }
@@ -38,14 +42,19 @@ impl<'m> Semantic<'m> {
     pub fn new(settings: &Settings, model: &'m dyn ObservationModel) -> Self {
         let Settings { semantics, orientation, .. } = *settings;
         let discrepant = semantics.azimuth_discrepancy.map(|of| Discrepant::new(model, &of));
-        let (geometric, domain) = (Geometric::new(settings), None);
-        Self { model, discrepant, geometric, semantics, orientation, domain, hidden: BTreeSet::new() }
+        let (geometric, hidden) = (Geometric::new(settings), BTreeSet::new());
+        Self { model, discrepant, geometric, semantics, orientation, domain: None, belief: None, hidden }
     }
 
     /// The same in a domain that it learns, under a prior.
     pub fn in_domain(self, prior: &DomainPrior) -> Self {
         let domain = Some(Domain::new(self.model.noise(), prior));
         Self { domain, ..self }
+    }
+
+    /// The same, its domain under this prior.
+    pub(super) fn believing(self, belief: DomainBelief) -> Self {
+        Self { belief: Some(belief), ..self }
     }
 
     /// The same, without the crops of some detections. Their bearings stay.
@@ -78,6 +87,61 @@ impl Semantic<'_> {
         Ok((self.told(posterior, &added, observations), evidence))
     }
 
+    /// The estimate, and what is known of the domain after it; that is `None` where the solver came to no maximum.
+    pub(super) fn taught(
+        &self,
+        observations: &Observations,
+    ) -> Result<(Estimate, Option<DomainBelief>), EstimateError> {
+        let (posterior, added) = self.posterior(observations)?;
+        let is_at_maximum = matches!(posterior.solution.outcome, Outcome::Converged | Outcome::Stalled);
+        let belief = posterior.domain().filter(|_| is_at_maximum);
+        Ok((self.told(posterior, &added, observations), belief))
+    }
+
+    /// The estimate, and what was seen of objects at so many draws of the posterior; that is `None` where the solver came to no maximum.
+    pub(super) fn drawn(
+        &self,
+        observations: &Observations,
+        (count, random): (usize, &mut Stream),
+    ) -> Result<(Estimate, Option<Vec<DrawnView>>), EstimateError> {
+        let (posterior, added) = self.posterior(observations)?;
+        let Posterior { graph, solution, .. } = &posterior;
+        let is_at_maximum = matches!(solution.outcome, Outcome::Converged | Outcome::Stalled);
+        let drawn = if is_at_maximum { draws(graph, &solution.values, count, random) } else { None };
+        let views = drawn.map(|drawn| {
+            let at = |values| self.views_at(values, &added, observations);
+            drawn.iter().flat_map(at).collect()
+        });
+        Ok((self.told(posterior, &added, observations), views))
+    }
+
+    fn views_at(
+        &self,
+        values: &Values,
+        added: &BTreeMap<usize, Added>,
+        observations: &Observations,
+    ) -> Vec<DrawnView> {
+        let problem = self.geometric.problem(observations);
+        let semantics = Semantics { problem, model: self.reader(), settings: self.semantics, domain: None };
+        let view = |object: &SemanticObject, view: &SemanticView| {
+            let world_from_camera = problem.world_from_camera(values, view.sighting.step)?;
+            let object_from_camera = values.pose(Key::Object(object.track))?.inv_mul(&world_from_camera);
+            let viewpoint = Viewpoint::new(&object_from_camera, object.size)?;
+            let latent = values.vector(Key::Latent(object.track))?;
+            let (latent, viewpoint) = match &self.discrepant {
+                Some(discrepant) => discrepant.within(latent, &viewpoint),
+                None => (latent.clone(), viewpoint),
+            };
+            let factor = semantics.factor(object, view);
+            let residual = factor.residual(values)?;
+            let weight =
+                factor.information_scale() * factor.kernel().weight(residual.norm_squared(), residual.len());
+            Some(DrawnView { measurement: view.measurement.clone(), latent, viewpoint, weight })
+        };
+        let objects = added.values().map(|added| &added.object);
+        objects.flat_map(|object| object.views.iter().filter_map(move |of| view(object, of))).collect()
+    }
+
     fn told(
         &self,
         posterior: Posterior<'_>,
@@ -104,8 +168,17 @@ impl Semantic<'_> {
         let problem = self.geometric.problem(observations);
         let domain = self.domain.as_ref();
         if let Some(domain) = domain {
-            posterior.graph.push(StandardNormalPrior::new(Key::Domain));
-            posterior.solution.values.insert(Key::Domain, Value::Vector(DVector::zeros(domain.dim())));
+            let belief = self.belief.as_ref().filter(|belief| belief.mean.len() == domain.dim());
+            let prior = belief.and_then(|belief| GaussianPrior::new(Key::Domain, belief));
+            let start = match &prior {
+                Some(prior) => prior.mean().clone(),
+                None => DVector::zeros(domain.dim()),
+            };
+            match prior {
+                Some(prior) => posterior.graph.push(prior),
+                None => posterior.graph.push(StandardNormalPrior::new(Key::Domain)),
+            }
+            posterior.solution.values.insert(Key::Domain, Value::Vector(start));
         }
         let semantics = Semantics { problem, model, settings: self.semantics, domain };
         let start = |object: &SemanticObject, sightings: &[Sighting], values: &Values| {
@@ -158,6 +231,18 @@ impl Estimator for Semantic<'_> {
         };
         Some(checked())
     }
+}
+
+/// A crop with what was seen in it, at one draw of the posterior.
+pub(super) struct DrawnView {
+    /// `m(z)`, `[M]`.
+    pub(super) measurement: DVector<f64>,
+    /// The model's own latent, `[D]`.
+    pub(super) latent: DVector<f64>,
+    /// From where the model sees.
+    pub(super) viewpoint: Viewpoint,
+    /// Of the crop, less than 1 where it fits badly.
+    pub(super) weight: f64,
 }
 
 /// Where the search for an object's orientation and latent starts.

@@ -30,7 +30,7 @@ pub use depth::DepthFactor;
 pub use domain::DomainFactor;
 pub use offset_bearing::OffsetBearingFactor;
 pub use pair::PairFactor;
-pub use prior::{ExtentsPrior, PosePrior, StandardNormalPrior};
+pub use prior::{ExtentsPrior, GaussianPrior, PosePrior, StandardNormalPrior};
 pub use projection::ProjectionFactor;
 pub use semantic::SemanticFactor;
 pub use upright::UprightFactor;

@@ -1,6 +1,7 @@
-//! Priors: on a pose (the gauge), P(e) = N(0, I) on a latent, and one on an object's extents.
+//! Priors: on a pose (the gauge), P(e) = N(0, I) on a latent, one on an object's extents, and what earlier drives taught of a domain.
 
 use super::{Factor, LinearFactor, dynamic_matrix, dynamic_vector, finite};
+use crate::lesson::DomainBelief;
 use crate::se3_jacobian::right_jacobian_inverse;
 use crate::variable::{Key, Values};
 use nalgebra::{DMatrix, DVector, Matrix6};
@@ -71,6 +72,46 @@ impl Factor for StandardNormalPrior {
         let e = values.vector(self.keys[0])?.clone();
         let identity = DMatrix::identity(e.len(), e.len());
         LinearFactor { residual: e, jacobians: vec![identity] }.finite()
+    }
+}
+
+/// `L^-1 (u - mean)`, of a covariance `L L^T`.
+#[derive(Clone, Debug)]
+pub struct GaussianPrior {
+    keys: [Key; 1],
+    mean: DVector<f64>,
+    sqrt_information: DMatrix<f64>,
+}
+
+impl GaussianPrior {
+    /// The prior of numbers that are believed to be so; `None` where the covariance is not positive definite.
+    pub fn new(key: Key, belief: &DomainBelief) -> Option<Self> {
+        let DomainBelief { mean, covariance } = belief;
+        let root = covariance.clone().cholesky()?.unpack();
+        let identity = DMatrix::identity(mean.len(), mean.len());
+        let sqrt_information = root.solve_lower_triangular(&identity)?;
+        Some(Self { keys: [key], mean: mean.clone(), sqrt_information })
+    }
+
+    /// Its mean.
+    pub fn mean(&self) -> &DVector<f64> {
+        &self.mean
+    }
+}
+
+impl Factor for GaussianPrior {
+    fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    fn residual(&self, values: &Values) -> Option<DVector<f64>> {
+        let numbers = values.vector(self.keys[0]).filter(|numbers| numbers.len() == self.mean.len())?;
+        finite(&self.sqrt_information * (numbers - &self.mean))
+    }
+
+    fn linearize(&self, values: &Values) -> Option<LinearFactor> {
+        let residual = self.residual(values)?;
+        LinearFactor { residual, jacobians: vec![self.sqrt_information.clone()] }.finite()
     }
 }
 

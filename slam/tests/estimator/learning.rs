@@ -2,10 +2,13 @@
 
 use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Observations, Seed};
 use vantage_model::ObservationModel;
-use vantage_slam::{Checked, DomainPrior, Estimate, Estimator, Outcome, Refitted, Semantic};
+use vantage_slam::{
+    Checked, DecoderAdapted, DomainAdapted, DomainPrior, Estimate, Estimator, Learner, Lesson, Outcome,
+    Refitted, Semantic, Settings,
+};
 
 fn model() -> TanhModel {
     TanhModel::new([8, 12, 32], 0.03, f64::INFINITY, Seed(1))
@@ -163,4 +166,113 @@ fn wrong_associations_teach_nothing_that_harms() {
         println!("one association of {every} wrong: frozen, refitted, learning and checked {sums:.3?} m");
         assert!(sums[3] < 1.1 * sums[0], "{sums:?}");
     }
+}
+
+/// Errors of drives in one world, each with what those before it taught, and the lesson after each.
+fn life(learner: &dyn Learner, worlds: &[World]) -> Vec<(f64, Lesson)> {
+    let mut lesson = Lesson::default();
+    let drive = |world: &World| {
+        let (estimate, after) = learner.learn(&world.observations, &lesson).unwrap();
+        lesson = after;
+        (world.ate(&estimate), lesson.clone())
+    };
+    worlds.iter().map(drive).collect()
+}
+
+/// Worlds whose crops are all off alike, of a robot that passes each object once.
+fn worlds_that_differ_alike(model: &TanhModel, seeds: std::ops::Range<u64>) -> Vec<World> {
+    let world = |seed| {
+        let mut world = World::new(&WorldSpec::sparse_loop(), Some(model), Seed(seed));
+        moved(&mut world, model, 1.3, 8.0);
+        world
+    };
+    seeds.map(world).collect()
+}
+
+#[test]
+fn what_a_drive_teaches_of_the_domain_helps_the_next() {
+    let model = model();
+    let worlds = worlds_that_differ_alike(&model, 0..6);
+    let settings = Settings { domain: PRIOR, ..matching_settings(&WorldSpec::sparse_loop()) };
+    let learner = DomainAdapted::new(&settings, &model);
+    let lived = life(&learner, &worlds);
+    let alone: Vec<f64> =
+        worlds.iter().map(|world| world.ate(&learner.estimate(&world.observations).unwrap())).collect();
+    let later: f64 = lived[1..].iter().map(|(ate, _)| ate).sum();
+    println!("alone {alone:.3?}, after others {:.3?}", lived.iter().map(|(ate, _)| ate).collect::<Vec<_>>());
+    assert_eq!(lived[0].0, alone[0], "a first drive knows nothing of others");
+    assert!(later < alone[1..].iter().sum::<f64>(), "{later}");
+    let spread = |lesson: &Lesson| lesson.domain.as_ref().unwrap().covariance.trace();
+    assert!(spread(&lived[5].1) < spread(&lived[0].1), "it is known better");
+}
+
+#[test]
+fn a_life_that_was_stopped_goes_on_to_the_same_bits_and_its_lesson_does_not_grow() {
+    let model = model();
+    let worlds = worlds_that_differ_alike(&model, 0..3);
+    let settings = Settings { domain: PRIOR, ..matching_settings(&WorldSpec::sparse_loop()) };
+    let all: [&dyn Learner; 2] = [&DomainAdapted::new(&settings, &model), &Refitted::new(&settings, &model)];
+    for learner in all {
+        let whole = life(learner, &worlds);
+        let mut lengths = Vec::new();
+        let mut lesson = Lesson::default();
+        for (world, (ate, after)) in worlds.iter().zip(&whole) {
+            let text = serde_json::to_string(&lesson).unwrap();
+            lengths.push(text.len());
+            let stored: Lesson = serde_json::from_str(&text).unwrap();
+            let (estimate, next) = learner.learn(&world.observations, &stored).unwrap();
+            assert_eq!((world.ate(&estimate), &next), (*ate, after));
+            lesson = next;
+        }
+        assert!(lengths[2] < 2 * lengths[1].max(500), "{lengths:?}");
+    }
+}
+
+#[test]
+fn garbage_teaches_a_domain_that_later_drives_forget() {
+    let model = model();
+    let settings = Settings { domain: PRIOR, ..matching_settings(&WorldSpec::sparse_loop()) };
+    let learner = DomainAdapted::new(&settings, &model);
+    let mut garbage = World::new(&WorldSpec::sparse_loop(), Some(&model), Seed(0));
+    moved(&mut garbage, &model, -3.0, 200.0);
+    let lesson = learner.learn(&garbage.observations, &Lesson::default()).unwrap().1;
+    let worlds: Vec<World> =
+        (1..5).map(|seed| World::new(&WorldSpec::sparse_loop(), Some(&model), Seed(seed))).collect();
+    let mut known = lesson;
+    let mut errors = Vec::new();
+    for world in &worlds {
+        let (estimate, after) = learner.learn(&world.observations, &known).unwrap();
+        known = after;
+        let frozen = Semantic::new(&settings, &model).estimate(&world.observations).unwrap();
+        errors.push(world.ate(&estimate) / world.ate(&frozen));
+    }
+    println!("over the frozen model's after garbage: {errors:.2?}");
+    assert!(errors[3] < 1.5, "{errors:?}");
+}
+
+#[test]
+fn a_last_layer_that_is_wrong_is_learnt_over_a_life() {
+    let model = model();
+    let mut random = Seed(7).stream("another layer", 0);
+    let change = DMatrix::from_fn(12, 33, |_, j| if j < 32 { 0.02 * random.normal() } else { 0.0 });
+    let other = model.with_output(&change);
+    let spec = WorldSpec::sparse_loop();
+    let settings = matching_settings(&spec);
+    let worlds: Vec<World> = (0..12).map(|seed| World::new(&spec, Some(&other), Seed(seed))).collect();
+    let frozen: Vec<f64> = worlds
+        .iter()
+        .map(|world| world.ate(&Semantic::new(&settings, &model).estimate(&world.observations).unwrap()))
+        .collect();
+    let oracle: Vec<f64> = worlds
+        .iter()
+        .map(|world| world.ate(&Semantic::new(&settings, &other).estimate(&world.observations).unwrap()))
+        .collect();
+    let lived = life(&DecoderAdapted::new(&settings, &model), &worlds);
+    let off = |lesson: &Lesson| (&lesson.decoder.as_ref().unwrap().change - &change).norm() / change.norm();
+    let errors: Vec<f64> = lived.iter().map(|(ate, _)| *ate).collect();
+    let layers: Vec<f64> = lived.iter().map(|(_, lesson)| off(lesson)).collect();
+    println!("frozen {frozen:.3?}\nlearning {errors:.3?}\noracle {oracle:.3?}\nlayer {layers:.2?}");
+    let later = |of: &[f64]| of[2..].iter().sum::<f64>();
+    assert!(later(&errors) < later(&frozen), "{errors:?} {frozen:?}");
+    assert!(layers[11] < 0.95, "{layers:?}");
 }

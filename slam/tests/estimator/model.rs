@@ -4,9 +4,11 @@ use nalgebra::{DMatrix, DVector};
 use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS};
 use vantage_dataset::{Crop, Seed, Viewpoint};
 use vantage_model::{
-    AnswerError, LatentGaussian, Linearization, MeasurementNoise, ObservationModel, ViewpointDerivative,
+    AnswerError, LastLayer, LatentGaussian, Linearization, MeasurementNoise, ObservationModel,
+    ViewpointDerivative,
 };
 
+#[derive(Clone)]
 pub struct TanhModel {
     latent: DMatrix<f64>,
     conditioning: DMatrix<f64>,
@@ -45,6 +47,12 @@ impl TanhModel {
     fn activation(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> DVector<f64> {
         let x = DVector::from_column_slice(&viewpoint.conditioning());
         (&self.latent * latent + &self.conditioning * x + &self.bias).map(f64::tanh)
+    }
+
+    /// The same with another last layer.
+    pub fn with_output(&self, change: &DMatrix<f64>) -> Self {
+        let output = &self.output + change.columns(0, self.output.ncols());
+        Self { output, ..self.clone() }
     }
 
     /// A crop that measures as the given numbers.
@@ -102,5 +110,20 @@ impl ObservationModel for TanhModel {
 
     fn noise(&self) -> &MeasurementNoise {
         &self.noise
+    }
+}
+
+/// Its output's weights are the layer, and there is no bias.
+impl LastLayer for TanhModel {
+    fn model(&self) -> &dyn ObservationModel {
+        self
+    }
+
+    fn features(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+        Ok(self.activation(latent, viewpoint).push(1.0))
+    }
+
+    fn changed(&self, change: &DMatrix<f64>) -> Result<Box<dyn ObservationModel + '_>, AnswerError> {
+        Ok(Box::new(self.with_output(change)))
     }
 }

@@ -9,17 +9,33 @@ use crate::scene_file::row_name::kind_names;
 use crate::scene_file::vary::{VaryError, told, varied};
 use std::path::Path;
 
-/// Every cell's name and what runs in it, panel by panel; refuses what no scene can have before anything runs.
-pub fn passes(map: &MapFile, path: &Path, base: &SceneFile) -> Result<Vec<(String, Vec<Pass>)>, VaryError> {
+/// A cell before it is made.
+#[derive(Debug)]
+pub struct Planned {
+    /// Its name.
+    pub name: String,
+    /// Which drive of lives it is.
+    pub drive: Option<u64>,
+    /// What runs in it.
+    pub passes: Vec<Pass>,
+}
+
+/// All cells, panel by panel, in sequences: each goes on from the one before in its sequence. Refuses what no scene can have before
+/// anything runs.
+pub fn sequences(map: &MapFile, path: &Path, base: &SceneFile) -> Result<Vec<Vec<Planned>>, VaryError> {
     rows_fit(map, path)?;
     let beside = path.parent().unwrap_or(Path::new(""));
-    let mut cells = Vec::new();
+    let mut sequences: Vec<Vec<Planned>> = Vec::new();
     for panel in &map.panels {
-        for value in &map.across.over {
+        for (at_value, value) in map.across.over.iter().enumerate() {
             let at = || format!("panel {}, {} {}", panel.name, map.across.field, told(value));
             let refused = |reason| VaryError { path: path.to_owned(), what: at(), reason };
+            let drive = map.across.is_of_drives().then(|| value.as_u64()).flatten();
             let mut fields = panel.set.clone();
-            fields.extend(map.across.at(value));
+            match drive {
+                Some(drive) => fields.extend(panel.world_of(drive)),
+                None => fields.extend(map.across.at(value)),
+            }
             let scene = varied(base, &fields).map_err(refused)?;
             let pass = |estimates: &Estimates| {
                 let mut scene = varied(&scene, &estimates.set).map_err(refused)?;
@@ -28,10 +44,14 @@ pub fn passes(map: &MapFile, path: &Path, base: &SceneFile) -> Result<Vec<(Strin
                 Ok(Pass { scene, model })
             };
             let passes = map.estimates_of(panel).iter().map(pass).collect::<Result<_, _>>()?;
-            cells.push((map.cell_name(panel, value), passes));
+            let planned = Planned { name: map.cell_name(panel, value), drive, passes };
+            match sequences.last_mut().filter(|_| drive.is_some() && !panel.alone && at_value > 0) {
+                Some(sequence) => sequence.push(planned),
+                None => sequences.push(vec![planned]),
+            }
         }
     }
-    Ok(cells)
+    Ok(sequences)
 }
 
 /// In each panel every row runs once but those of models, and `geometric` is among them; what hypotheses and the summary name runs.
@@ -106,17 +126,39 @@ panels:
   - { name: b, title: Three, set: { world.objects: 3 } }
 ";
 
-    fn expanded(map: &str) -> Result<Vec<(String, Vec<Pass>)>, String> {
+    fn expanded(map: &str) -> Result<Vec<Vec<Planned>>, String> {
         let base = parse(include_str!("../../../../scenes/tabletop.yaml"), Path::new("s")).unwrap();
         let map: MapFile = parse(map, Path::new("m")).unwrap();
-        passes(&map, Path::new("maps/m.yaml"), &base).map_err(|error| error.to_string())
+        sequences(&map, Path::new("maps/m.yaml"), &base).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn drives_of_a_life_are_a_sequence_of_worlds_and_those_alone_are_none() {
+        let map = MAP
+            .replace(
+                "{ field: robot.path.circle.radius, over: [1.6, 1.7] }",
+                "{ field: drive, over: [1, 2, 3] }",
+            )
+            .replace(
+                "title: As it is",
+                "title: As it is, life: [{ from: 1 }, { from: 3, set: { world.objects: 4 } }]",
+            )
+            .replace("title: Three,", "title: Three, alone: true, life: [{ from: 1 }],");
+        let sequences = expanded(&map).unwrap();
+        let lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
+        assert_eq!(lengths, [3, 1, 1, 1]);
+        let objects = |planned: &Planned| planned.passes[0].scene.world.objects;
+        let life = &sequences[0];
+        assert_eq!((life[0].drive, life[2].drive, life[2].name.as_str()), (Some(1), Some(3), "a, drive 3"));
+        assert_eq!((objects(&life[0]), objects(&life[1]), objects(&life[2])), (12, 12, 4));
+        assert_eq!(objects(&sequences[1][0]), 3);
     }
 
     #[test]
     fn a_cell_has_the_fields_of_its_panel_and_value_and_the_rows_of_each_model() {
         let cells = expanded(MAP).unwrap();
-        assert_eq!(cells.len(), 4);
-        let (name, passes) = &cells[3];
+        assert_eq!(cells.iter().map(Vec::len).collect::<Vec<_>>(), [1; 4]);
+        let Planned { name, drive: None, passes } = &cells[3][0] else { panic!("a drive") };
         assert_eq!((name.as_str(), passes.len()), ("b, radius 1.7", 2));
         let scene = &passes[1].scene;
         assert_eq!(scene.robot.path, PathSpec::Circle { radius: 1.7 });

@@ -12,7 +12,7 @@ use crate::command::error::BenchError;
 use crate::command::places::places;
 use crate::command::sweep::Part;
 use crate::exit::Exit;
-use crate::pipeline::{Cell, PANICKED, Pass, cell, row_names};
+use crate::pipeline::{Cell, Lessons, PANICKED, Pass, cell, row_names};
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
 use crate::result::kind::ResultKind;
@@ -22,10 +22,12 @@ use crate::result::report::TABLES;
 use crate::result::results_file::{FILE_NAME, Results};
 use crate::result::standing::Standing;
 use crate::result::table::Table;
+use crate::scene_file::life::what_is_wrong;
 use crate::scene_file::map::{COLUMNS, MapFile};
 use crate::scene_file::row::Row;
 use crate::scene_file::vary::VaryError;
 use crate::scene_file::{self, SceneFile};
+use expand::{Planned, sequences};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -76,6 +78,14 @@ impl Source {
         }
     }
 
+    /// All cells, in their sequences.
+    fn sequences(&self, seeds: &[Seed]) -> Result<Vec<Vec<Planned>>, VaryError> {
+        match what_is_wrong(&self.map, seeds) {
+            Some(reason) => Err(VaryError { path: self.path.clone(), what: self.map.name.clone(), reason }),
+            None => sequences(&self.map, &self.path, &self.scene),
+        }
+    }
+
     fn of_varied(args: &RunArgs, scene: SceneFile, path: &Path) -> Result<Self, BenchError> {
         let given = [
             (args.online, "`--online`"),
@@ -109,12 +119,12 @@ pub fn sweep(
 /// Refuses two rows of one name in a cell, before any cell is made.
 fn each_row_once<'a>(
     map: &Path,
-    passes: &'a [(String, Vec<Pass>)],
+    cells: impl IntoIterator<Item = &'a Planned>,
     as_cell: impl Fn(&'a [Pass]) -> Cell<'a>,
 ) -> Result<(), BenchError> {
     // What a pass's rows are called is up to these, and most cells have the same.
     let mut known: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for (cell, passes) in passes {
+    for Planned { name: cell, passes, .. } in cells {
         let mut names: Vec<String> = Vec::new();
         for pass in passes {
             let (training, rows) = (&pass.scene.training, &pass.scene.estimator.rows);
@@ -137,15 +147,20 @@ fn each_row_once<'a>(
 }
 
 fn make_part(source: &Source, making: &MakingArgs, seeds: Option<u64>, part: Part) -> Result<(), BenchError> {
-    let Source { map, path, scene, scene_path } = source;
     let seeds = source.seeds(seeds);
     let progress = Progress::notes_once();
-    let passes = part.of(expand::passes(map, path, scene)?);
-    let stage = Progress::detect().stage("cells", passes.len() as u64);
-    for (_, passes) in &passes {
-        let (path, cache, renderer) = (scene_path.as_path(), making.cache.as_path(), making.renderer.into());
-        cell(&Cell { passes, path, cache, renderer, seeds: &seeds, progress: &progress })?;
-        stage.advance(1);
+    let sequences = part.of(source.sequences(&seeds)?);
+    let stage = Progress::detect().stage("cells", sequences.iter().map(Vec::len).sum::<usize>() as u64);
+    for sequence in &sequences {
+        let mut before = Lessons::new();
+        for Planned { drive, passes, .. } in sequence {
+            let (path, cache, renderer) =
+                (source.scene_path.as_path(), making.cache.as_path(), making.renderer.into());
+            let of_drive =
+                Cell { passes, path, cache, renderer, seeds: &seeds, drive: *drive, progress: &progress };
+            before = cell(&of_drive, &before)?.lessons;
+            stage.advance(1);
+        }
     }
     Ok(())
 }
@@ -157,13 +172,13 @@ fn make(
     stdout: &mut impl Write,
 ) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(out)?;
-    let Source { map, path, scene, scene_path } = source;
+    let Source { map, scene, scene_path, .. } = source;
     let seeds = source.seeds(seeds);
     let place = ResultKind::Map.place(out.path(), &map.name);
     if let Some(standing) = Standing::read(&place).filter(|_| !replace) {
         standing.allows(&place, &seeds, true)?;
     }
-    let passes = expand::passes(map, path, scene)?;
+    let sequences = source.sequences(&seeds)?;
     let hash = map.hash(&scene_file::hash(scene)?)?;
     let mut manifest = Manifest { options, ..Manifest::new(&hash, &seeds) };
 
@@ -175,14 +190,21 @@ fn make(
         cache: &making.cache,
         renderer: making.renderer.into(),
         seeds: &seeds,
+        drive: None,
         progress: &of_cells,
     };
-    each_row_once(&source.path, &passes, as_cell)?;
-    let stage = progress.stage("cells", passes.len() as u64);
+    each_row_once(&source.path, sequences.iter().flatten(), as_cell)?;
+    let stage = progress.stage("cells", sequences.iter().map(Vec::len).sum::<usize>() as u64);
     let (mut tables, mut seals) = (Vec::new(), blake3::Hasher::new());
-    for (name, passes) in &passes {
+    let in_sequences = sequences.iter().flat_map(|of| of.iter().enumerate());
+    let mut before = Lessons::new();
+    for (at, Planned { name, drive, passes }) in in_sequences {
         let started = Instant::now();
-        let made = cell(&as_cell(passes))?;
+        if at == 0 {
+            before = Lessons::new();
+        }
+        let made = cell(&Cell { drive: *drive, ..as_cell(passes) }, &before)?;
+        before = made.lessons;
         let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
         let reference = Row::Geometric.to_string();
         tables.push(Table::new(name, &methods, Some(&reference), &COLUMNS, &seeds, made.runs)?);

@@ -1,0 +1,124 @@
+//! P(X, O, E, W | U, Z^g, Z^s): semantic, with the last layer `W` of the model's decoder learnt by expectation maximization (Eq. 25-26),
+//! from one drive on to the next. What reads crops, `m(z)`, stays as it is.
+//!
+//! With the features `phi` of a view, draws of the posterior `k` and the weight `w` of each crop,
+//!
+//! ```text
+//! E:  A = sum_k sum_v w phi phi^T / K,   B = sum_k sum_v w (m(z) - W_0 phi) phi^T / K
+//! M:  W - W_0 = B (A + R)^-1,            R = n mean phi phi^T of replayed views
+//! ```
+//!
+//! which is the mode of a matrix normal whose rows are of the model's noise. Replayed views are of latents drawn from their prior, from the
+//! drive's own viewpoints turned at random: of those the layer shall predict what it did, and they count as `n` views.
+
+use super::semantic::DrawnView;
+use super::{Estimator, Learner, Semantic};
+use crate::estimate::Estimate;
+use crate::input::EstimateError;
+use crate::lesson::{KEPT, LayerLesson, Lesson};
+use crate::settings::Settings;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+use vantage_dataset::{Observations, Seed, Stream};
+use vantage_model::{AnswerError, LastLayer};
+
+/// Rounds on a drive.
+const ROUNDS: usize = 2;
+/// Draws of the posterior a round.
+const DRAWS: usize = 4;
+/// Replayed views.
+const REPLAYED: usize = 512;
+/// How many views they count as.
+const REPLAY_COUNT: f64 = 100.0;
+/// Of the mean square of the features, a prior of each weight that replayed views do not see.
+const RIDGE: f64 = 1e-3;
+
+/// [`Semantic`] with a last layer that it learns.
+pub struct DecoderAdapted<'m> {
+    settings: Settings,
+    layer: &'m dyn LastLayer,
+}
+
+impl<'m> DecoderAdapted<'m> {
+    /// An estimator that reads crops by the model of `layer`.
+    pub fn new(settings: &Settings, layer: &'m dyn LastLayer) -> Self {
+        Self { settings: *settings, layer }
+    }
+
+    /// The estimate by the model with a change, and what was seen.
+    fn by(
+        &self,
+        change: Option<&DMatrix<f64>>,
+        observations: &Observations,
+        random: &mut Stream,
+    ) -> Result<(Estimate, Option<Vec<DrawnView>>), EstimateError> {
+        let changed = change.map(|change| self.layer.changed(change)).transpose()?;
+        let model = changed.as_deref().unwrap_or(self.layer.model());
+        Semantic::new(&self.settings, model).drawn(observations, (DRAWS, random))
+    }
+
+    /// What was known `before`, with what was seen of a drive.
+    fn lesson(
+        &self,
+        before: Option<&LayerLesson>,
+        seen: &[DrawnView],
+        random: &mut Stream,
+    ) -> Result<Option<LayerLesson>, AnswerError> {
+        let Some(first) = seen.first() else { return Ok(None) };
+        let features = self.layer.features(&first.latent, &first.viewpoint)?.len();
+        let (mut information, mut moment) = match before {
+            Some(of) => (&of.information * KEPT, &of.moment * KEPT),
+            None => (DMatrix::zeros(features, features), DMatrix::zeros(first.measurement.len(), features)),
+        };
+        for view in seen {
+            let phi = self.layer.features(&view.latent, &view.viewpoint)?;
+            let residual = &view.measurement - self.layer.model().predict(&view.latent, &view.viewpoint)?;
+            let weight = view.weight / DRAWS as f64;
+            information.ger(weight, &phi, &phi, 1.0);
+            moment.ger(weight, &residual, &phi, 1.0);
+        }
+        let mut prior = DMatrix::zeros(features, features);
+        for _ in 0..REPLAYED {
+            let latent = DVector::from_fn(first.latent.len(), |_, _| random.normal());
+            let viewpoint = seen[random.below(seen.len())].viewpoint.turned(random.uniform(0.0, TAU));
+            let phi = self.layer.features(&latent, &viewpoint)?;
+            prior.ger(REPLAY_COUNT / REPLAYED as f64, &phi, &phi, 1.0);
+        }
+        let ridge = RIDGE * prior.trace() / features as f64;
+        let precision = &information + prior + DMatrix::from_diagonal_element(features, features, ridge);
+        let Some(root) = precision.cholesky() else { return Ok(None) };
+        let change = root.solve(&moment.transpose()).transpose();
+        let is_finite = change.iter().all(|x| x.is_finite());
+        Ok(is_finite.then_some(LayerLesson { information, moment, change }))
+    }
+}
+
+impl Estimator for DecoderAdapted<'_> {
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        Ok(self.learn(observations, &Lesson::default())?.0)
+    }
+}
+
+/// A round after which the solver comes to no maximum is undone, and the drive teaches no more.
+impl Learner for DecoderAdapted<'_> {
+    fn learn(
+        &self,
+        observations: &Observations,
+        before: &Lesson,
+    ) -> Result<(Estimate, Lesson), EstimateError> {
+        let known = before.decoder.as_ref();
+        let mut random = Seed(0).stream("decoder adapted", observations.detections.len() as u64);
+        let (mut estimate, mut seen) = self.by(known.map(|of| &of.change), observations, &mut random)?;
+        let mut learnt = known.cloned();
+        for _ in 0..ROUNDS {
+            let Some(views) = &seen else { break };
+            let Some(lesson) = self.lesson(known, views, &mut random)? else { break };
+            let (next, seen_next) = self.by(Some(&lesson.change), observations, &mut random)?;
+            if seen_next.is_none() {
+                break;
+            }
+            (estimate, seen, learnt) = (next, seen_next, Some(lesson));
+        }
+        Ok((estimate, Lesson { decoder: learnt, ..before.clone() }))
+    }
+}
