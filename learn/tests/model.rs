@@ -10,9 +10,10 @@ use support::{tiny_model, validation_views, viewpoint_model};
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Crop, Viewpoint};
 use vantage_learn::{
-    CANARY, Canary, CanaryCase, GraphError, Kind, Model, ModelError, Role, Viewing, ViewpointModel,
+    CANARY, Canary, CanaryCase, DecoderLastLayer, GraphError, Kind, Model, ModelError, Role, Viewing,
+    ViewpointModel,
 };
-use vantage_model::{LatentGaussian, ObservationModel};
+use vantage_model::{LastLayer, LatentGaussian, ObservationModel};
 
 fn model() -> ViewpointModel {
     viewpoint_model(&tiny_model())
@@ -210,6 +211,39 @@ fn runs_beside_each_other_have_the_same_bits() {
             });
         }
     });
+}
+
+#[test]
+fn a_changed_last_layer_changes_predictions_by_the_change_times_the_features() {
+    let folder = tiny_model();
+    let model = viewpoint_model(&folder);
+    let (latent, viewpoint) = state(&model);
+    let layer = DecoderLastLayer::load(&model, &folder).unwrap();
+    let phi = layer.features(&latent, &viewpoint).unwrap();
+    assert_eq!(phi[phi.len() - 1], 1.0, "of the bias");
+    let before = model.predict(&latent, &viewpoint).unwrap();
+    let zero = DMatrix::zeros(before.len(), phi.len());
+    let same = layer.changed(&zero).unwrap();
+    assert_eq!(same.predict(&latent, &viewpoint).unwrap(), before);
+    assert_eq!(same.linearize(&latent, &viewpoint).unwrap(), model.linearize(&latent, &viewpoint).unwrap());
+
+    let change = DMatrix::from_fn(before.len(), phi.len(), |i, j| 0.05 * ((3 * i + 7 * j) % 11) as f64 - 0.2);
+    let changed = layer.changed(&change).unwrap();
+    let expected = &before + &change * &phi;
+    assert_relative_eq!(changed.predict(&latent, &viewpoint).unwrap(), expected, epsilon = 1e-4);
+    let at = changed.linearize(&latent, &viewpoint).unwrap();
+    assert_relative_eq!(at.mean, expected, epsilon = 1e-4);
+    let step = 1e-2;
+    for number in [0, latent.len() - 1] {
+        let moved = |by: f64| {
+            let mut latent = latent.clone();
+            latent[number] += by;
+            changed.predict(&latent, &viewpoint).unwrap()
+        };
+        let numeric = (moved(step) - moved(-step)) / (2.0 * step);
+        assert_relative_eq!(at.d_latent.column(number).into_owned(), numeric, epsilon = 5e-3);
+    }
+    assert!(layer.changed(&DMatrix::zeros(before.len(), 3)).is_err());
 }
 
 /// Minted anew with the committed model; a change by anything else is a fault.

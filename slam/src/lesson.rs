@@ -63,6 +63,12 @@ pub struct DomainBelief {
 }
 
 impl DomainBelief {
+    /// Of the covariance; `None` where that is not positive definite.
+    pub(crate) fn log_det(&self) -> Option<f64> {
+        let root = self.covariance.clone().cholesky()?;
+        Some(2.0 * root.l_dirty().diagonal().iter().map(|x| libm::log(*x)).sum::<f64>())
+    }
+
     /// That of the next drive.
     pub(crate) fn of_next_drive(&self) -> Self {
         let Self { mean, covariance } = self;

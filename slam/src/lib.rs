@@ -80,8 +80,8 @@ pub use estimate::{
     UnresolvedReason,
 };
 pub use estimator::{
-    AzimuthHead, Checked, DecoderAdapted, DiscreteClass, DomainAdapted, Estimator, Geometric, Learner,
-    OdometryOnly, Refitted, Semantic, Uninformative, ViewpointPairs,
+    AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
+    Learner, Learnt, OdometryOnly, Refitted, SeenView, Semantic, Uninformative, ViewpointPairs,
 };
 pub use input::EstimateError;
 pub use lesson::Lesson;

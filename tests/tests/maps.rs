@@ -113,3 +113,63 @@ fn maps_that_cannot_be_are_refused_before_anything_runs() {
     assert!(!told.stderr.contains("cells"), "{}", told.stderr);
     assert!(!scene.path("out").exists());
 }
+
+#[test]
+fn drives_of_a_life_go_on_from_what_those_before_taught() {
+    let scene = SmallScene::new(&[]);
+    let lives = MAP
+        .replace("{ field: robot.path.circle.radius, over: [1.5, 1.6] }", "{ field: drive, over: [1, 2] }")
+        .replace(
+            "[odometry, geometric] }",
+            "[geometric, noise_refitted, domain_adapted, decoder_adapted, decoder_taught] }",
+        )
+        .replace("Three objects", "A life, life: [{ from: 1 }, { from: 2, set: { world.objects: 2 } }]")
+        .replace(
+            "Two objects, set: { world.objects: 2 }",
+            "Alone, alone: true, life: [{ from: 1 }, { from: 2, set: { world.objects: 2 } }]",
+        )
+        .replace("at: [1.5, 1.6]", "at: [1, 2]");
+    run(&scene, &lives, &[]).expect(0, &["cells: 4 of 4"]);
+    let place = scene.path("out/maps/little");
+    let results = Results::read(&place).unwrap();
+    let ate = |cell: &str, row: &str| -> Vec<f64> {
+        let table = results.table(cell).unwrap();
+        table.runs().filter(|run| run.method == row).map(|run| run.scores[&Metric::Ate]).collect()
+    };
+    for row in [
+        "geometric",
+        "viewpoint_dependent",
+        "noise_refitted",
+        "domain_adapted",
+        "decoder_adapted",
+        "decoder_taught",
+    ] {
+        assert_eq!(ate("three, drive 1", row), ate("two, drive 1", row), "{row}: a first drive is alone");
+        assert_eq!(ate("three, drive 1", row).len(), 2);
+    }
+    for row in ["geometric", "viewpoint_dependent"] {
+        assert_eq!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} learns nothing");
+    }
+    for row in ["domain_adapted", "decoder_adapted", "decoder_taught"] {
+        assert_ne!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} goes on");
+    }
+    assert_ne!(ate("three, drive 1", "geometric"), ate("three, drive 2", "geometric"), "another drive");
+    assert_eq!(
+        ate("two, drive 2", "decoder_taught"),
+        ate("two, drive 2", "viewpoint_dependent"),
+        "not on the drive itself"
+    );
+    assert!(fs::read_to_string(place.join("tables.md")).unwrap().contains("\nPrequential gain [nat]"));
+    let before = fs::read(place.join("results.json")).unwrap();
+    run(&scene, &lives, &[]).expect(0, &[]);
+    assert_eq!(fs::read(place.join("results.json")).unwrap(), before);
+
+    for (from, to, said) in [
+        ("over: [1, 2]", "over: [1, 3]", "1, 2, 3 and so on"),
+        ("life: [{ from: 1 }, { from: 2,", "life: [{ from: 2,", "begin at drive 1"),
+        ("field: drive, over: [1, 2]", "field: robot.laps, over: [1, 2]", "has a life"),
+        ("seeds: [5, 6]", "seeds: [5, 1000]", "seed 1000"),
+    ] {
+        run(&scene, &lives.replacen(from, to, 1), &[]).expect(2, &["map.yaml", said]);
+    }
+}

@@ -3,6 +3,7 @@
 use super::azimuth_sensor::AzimuthSensor;
 use super::model::last_layer;
 use super::stage_cache::StageCache;
+use super::true_views::true_views;
 use super::{EpisodeFolder, LoadedModel, ModelRefusal, Pipeline, SeedEpisode, StageError, code};
 use crate::result::run::Outcome;
 use crate::scene_file::estimator::EstimatorSpec;
@@ -20,7 +21,8 @@ use vantage_learn::DecoderLastLayer;
 use vantage_learn::residual_process::ResidualProcess;
 use vantage_model::{LastLayer, ObservationModel};
 use vantage_slam::{
-    Estimate, EstimateError, LandmarkEstimate, Lesson, ObjectEstimate as EstimatedObject, Outcome as Ending,
+    Estimate, EstimateError, LandmarkEstimate, Learnt, Lesson, ObjectEstimate as EstimatedObject,
+    Outcome as Ending, SeenView,
 };
 
 const FILE: &str = "answer.json";
@@ -84,6 +86,10 @@ pub struct Answer {
     pub landmarks: BTreeMap<usize, StoredLandmark>,
     /// Detections whose crop could not be used.
     pub dropped: usize,
+    /// Of a row that learns, on a drive of a life: how much more probable the drive's crops were before it than by the model as it was
+    /// trained, nats a crop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<f64>,
 }
 
 /// A landmark as it is stored.
@@ -184,6 +190,7 @@ impl Answer {
                 .map(|(&number, landmark)| (number, landmark.into()))
                 .collect(),
             dropped: dropped.non_finite + dropped.undefined_viewpoint,
+            gain: None,
         }
     }
 
@@ -195,6 +202,7 @@ impl Answer {
             objects: Vec::new(),
             landmarks: BTreeMap::new(),
             dropped: 0,
+            gain: None,
         }
     }
 }
@@ -294,12 +302,19 @@ fn learnt(
     cache.json(&key, FILE, || {
         let observations = read(observations, episode)?;
         let layer = layer_of(method)?;
-        let reader =
-            Reader { layer: layer.as_ref().map(|layer| layer as &dyn LastLayer), ..method.model.reader() };
+        let seen = seen_in_truth(observations, episode, method)?;
+        let reader = Reader {
+            layer: layer.as_ref().map(|layer| layer as &dyn LastLayer),
+            seen: seen.as_deref(),
+            ..method.model.reader()
+        };
         let learner = method.row.learner(&spec.settings(), reader).expect("the row learns");
         let same = |answer| Ok(Drive { answer, lesson: Some(before.clone()) });
         match catch_unwind(AssertUnwindSafe(|| learner.learn(observations, before))) {
-            Ok(Ok((estimate, lesson))) => Ok(Drive { answer: Answer::new(estimate), lesson: Some(lesson) }),
+            Ok(Ok(Learnt { estimate, lesson, gain })) => {
+                let answer = Answer { gain, ..Answer::new(estimate) };
+                Ok(Drive { answer, lesson: Some(lesson) })
+            }
             Ok(Err(error @ EstimateError::Model(_))) => same(Answer::failed(error.to_string())),
             Ok(Err(error)) => Err(error.into()),
             Err(_) => same(Answer::failed(PANICKED.to_owned())),
@@ -310,6 +325,19 @@ fn learnt(
 fn layer_of<'m>(method: &Method<'m>) -> Result<Option<DecoderLastLayer<'m>>, StageError> {
     let LoadedModel { model, folder, .. } = method.model;
     Ok(if method.row.learns_layer() { Some(last_layer(model, folder)?) } else { None })
+}
+
+/// What a row that is taught by the truth learns of a drive.
+fn seen_in_truth(
+    observations: &Observations,
+    episode: &EpisodeFolder,
+    method: &Method<'_>,
+) -> Result<Option<Vec<SeenView>>, StageError> {
+    if !method.row.is_taught() {
+        return Ok(None);
+    }
+    let truth = read_truth(&episode.folder)?;
+    Ok(Some(true_views(observations, &truth, method.model.viewing()).map_err(ModelRefusal::Answer)?))
 }
 
 /// The answer of a method on an episode, from the cache where that has it.
@@ -337,7 +365,8 @@ fn answered(
             }
             false => None,
         };
-        answer(observations, method, ideal.as_ref(), spec)
+        let seen = seen_in_truth(observations, episode, method)?;
+        answer(observations, method, (ideal.as_ref(), seen.as_deref()), spec)
     })
 }
 
@@ -348,7 +377,7 @@ pub const PANICKED: &str = "panicked, which is a bug in the estimator";
 fn answer(
     observations: &Observations,
     method: &Method<'_>,
-    ideal: Option<&AzimuthSensor>,
+    (ideal, seen): (Option<&AzimuthSensor>, Option<&[SeenView]>),
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
     let ideal = ideal.map(|sensor| sensor as &dyn ObservationModel);
@@ -361,7 +390,7 @@ fn answer(
     let process = process.as_ref().map(|process| process as &dyn ObservationModel);
     let layer = layer_of(method)?;
     let layer = layer.as_ref().map(|layer| layer as &dyn LastLayer);
-    let reader = Reader { ideal, process, layer, ..method.model.reader() };
+    let reader = Reader { ideal, process, layer, seen, ..method.model.reader() };
     let estimator = method.row.estimator(&spec.settings(), reader);
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => {
@@ -430,6 +459,7 @@ mod tests {
             objects: vec![None, Some(object)],
             landmarks: BTreeMap::from([(7, landmark)]),
             dropped: 1,
+            gain: Some(1.0 / 9.0),
         };
         let json = serde_json::to_string(&answer).unwrap();
         let read: Answer = serde_json::from_str(&json).unwrap();

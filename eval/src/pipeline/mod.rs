@@ -25,6 +25,7 @@ mod study;
 mod tables;
 #[cfg(feature = "train")]
 mod training;
+mod true_views;
 mod unseen;
 mod views;
 

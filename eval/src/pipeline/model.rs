@@ -46,6 +46,7 @@ impl LoadedModel {
             ideal: None,
             process: None,
             layer: None,
+            seen: None,
         }
     }
 

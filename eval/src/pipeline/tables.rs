@@ -111,6 +111,7 @@ pub fn trajectory_runs(
         for (method, answer) in methods.iter().zip(answers) {
             let Scored { mut trajectory, consistency } = scores(answer, truth.as_ref(), false)?;
             trajectory.extend(consistency);
+            trajectory.extend(answer.gain.map(|gain| (Metric::PrequentialGain, gain)));
             trajectory.retain(|metric, _| columns.contains(metric));
             let outcome = answer.outcome.clone();
             runs.push(Run { method: method.name(), seed: *seed, outcome, scores: trajectory });

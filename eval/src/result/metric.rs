@@ -144,6 +144,8 @@ metrics! {
     HeadingInside95 => "Heading in 95%", "heading_inside_95", Ratio, Near(0.95);
     /// Negative log-likelihood of the robot's last true position.
     PositionSurprise => "-log p(position), end", "position_surprise_end_nat", Nat, Lower;
+    /// How much more probable a drive's crops were before it, by what the drives before taught, than by the model as it was trained, a crop.
+    PrequentialGain => "Prequential gain", "prequential_gain_nat", Nat, Higher;
     /// Distance of the robot's newest position after each step, root mean square over the steps, first pose aligned:
     /// [`crate::score::online::online_scores`].
     NewestPosition => "Newest position", "newest_position_m", Meter, Lower;

@@ -114,7 +114,8 @@ pub struct Panel {
 }
 
 /// The scores of each cell.
-pub const COLUMNS: [Metric; 4] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose];
+pub const COLUMNS: [Metric; 5] =
+    [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose, Metric::PrequentialGain];
 
 impl MapFile {
     /// The map of a scene that varies one or two of its own fields; `None` where it varies none.

@@ -7,9 +7,9 @@ use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
 use vantage_model::{LastLayer, ObservationModel, PairModel};
 use vantage_slam::{
-    AzimuthHead, Checked, DecoderAdapted, DiscreteClass, DomainAdapted, Estimator, Geometric, Learner,
-    OdometryOnly, OrientationSettings, Refitted, Semantic, SemanticSettings, Settings, Uninformative,
-    ViewpointPairs,
+    AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
+    Learner, OdometryOnly, OrientationSettings, Refitted, SeenView, Semantic, SemanticSettings, Settings,
+    Uninformative, ViewpointPairs,
 };
 
 /// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
@@ -56,6 +56,8 @@ pub struct Reader<'m> {
     pub process: Option<&'m dyn ObservationModel>,
     /// The last layer of its decoder, which is there where a row [learns it](Row::learns_layer).
     pub layer: Option<&'m dyn LastLayer>,
+    /// What is seen in the episode's crops by the truth, which is there where a row [is taught by it](Row::is_taught).
+    pub seen: Option<&'m [SeenView]>,
 }
 
 impl<'m> Reader<'m> {
@@ -69,6 +71,10 @@ impl<'m> Reader<'m> {
 
     fn process(&self) -> &'m dyn ObservationModel {
         self.process.expect("it is fitted where a row has one")
+    }
+
+    fn seen(&self) -> &'m [SeenView] {
+        self.seen.expect("it is read where a row is taught by the truth")
     }
 
     fn layer(&self) -> &'m dyn LastLayer {
@@ -151,6 +157,9 @@ rows! {
     /// `viewpoint_dependent`, the last layer of the model's decoder learnt on the episode by expectation maximization (Eq. 25-26); runs where
     /// a scene names it.
     DecoderAdapted => |settings, reader: Reader<'m>| DecoderAdapted::new(settings, reader.layer());
+    /// A control: `decoder_adapted`, taught after each drive of a life by the truth, and not on it. On a first drive it is the model as it was
+    /// trained; runs where a scene names it.
+    DecoderTaught => |settings, reader: Reader<'m>| DecoderTaught::new(settings, reader.layer(), reader.seen());
     /// `viewpoint_dependent`, with the noise refitted and a domain learnt on the episode, each kept only where it predicts crops that it did
     /// not see; runs where a scene names it.
     LearningChecked => |settings: &Settings, reader: Reader<'m>| Checked::new(settings, reader.model, &settings.domain);
@@ -180,12 +189,17 @@ impl Row {
 
     /// Whether it learns the last layer of a model's decoder.
     pub fn learns_layer(self) -> bool {
-        self == Row::DecoderAdapted
+        matches!(self, Row::DecoderAdapted | Row::DecoderTaught)
+    }
+
+    /// Whether it is taught by the truth after a drive.
+    pub fn is_taught(self) -> bool {
+        self == Row::DecoderTaught
     }
 
     /// Whether it goes on from what drives before taught.
     pub fn learns(self) -> bool {
-        matches!(self, Row::NoiseRefitted | Row::DomainAdapted | Row::DecoderAdapted)
+        matches!(self, Row::NoiseRefitted | Row::DomainAdapted | Row::DecoderAdapted | Row::DecoderTaught)
     }
 
     /// What goes on from what drives before taught; `None` of a row that learns nothing, or keeps nothing of it.
@@ -194,6 +208,7 @@ impl Row {
             Row::NoiseRefitted => Box::new(Refitted::new(settings, reader.model)),
             Row::DomainAdapted => Box::new(DomainAdapted::new(settings, reader.model)),
             Row::DecoderAdapted => Box::new(DecoderAdapted::new(settings, reader.layer())),
+            Row::DecoderTaught => Box::new(DecoderTaught::new(settings, reader.layer(), reader.seen())),
             _ => return None,
         })
     }

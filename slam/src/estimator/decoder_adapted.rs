@@ -11,8 +11,8 @@
 //! which is the mode of a matrix normal whose rows are of the model's noise. Replayed views are of latents drawn from their prior, from the
 //! drive's own viewpoints turned at random: of those the layer shall predict what it did, and they count as `n` views.
 
-use super::semantic::DrawnView;
-use super::{Estimator, Learner, Semantic};
+use super::semantic::{Drawn, SeenView};
+use super::{Estimator, Learner, Learnt, Semantic, gain_a_crop};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::lesson::{KEPT, LayerLesson, Lesson};
@@ -51,17 +51,42 @@ impl<'m> DecoderAdapted<'m> {
         change: Option<&DMatrix<f64>>,
         observations: &Observations,
         random: &mut Stream,
-    ) -> Result<(Estimate, Option<Vec<DrawnView>>), EstimateError> {
+    ) -> Result<Drawn, EstimateError> {
         let changed = change.map(|change| self.layer.changed(change)).transpose()?;
         let model = changed.as_deref().unwrap_or(self.layer.model());
         Semantic::new(&self.settings, model).drawn(observations, (DRAWS, random))
+    }
+
+    /// The estimate by the model with a change, and its evidence.
+    fn evidenced(
+        &self,
+        change: Option<&DMatrix<f64>>,
+        observations: &Observations,
+    ) -> Result<(Estimate, Option<f64>), EstimateError> {
+        let changed = change.map(|change| self.layer.changed(change)).transpose()?;
+        let model = changed.as_deref().unwrap_or(self.layer.model());
+        Semantic::new(&self.settings, model).evidenced(observations)
+    }
+
+    /// Of an estimate by what was `known`, over the model as it was trained.
+    fn gain(
+        &self,
+        known: Option<&LayerLesson>,
+        by_known: (&Estimate, Option<f64>),
+        observations: &Observations,
+    ) -> Result<Option<f64>, EstimateError> {
+        if known.is_none() {
+            return Ok(Some(0.0));
+        }
+        let (frozen, evidence) = self.evidenced(None, observations)?;
+        Ok(gain_a_crop(by_known, (&frozen, evidence)))
     }
 
     /// What was known `before`, with what was seen of a drive.
     fn lesson(
         &self,
         before: Option<&LayerLesson>,
-        seen: &[DrawnView],
+        seen: &[SeenView],
         random: &mut Stream,
     ) -> Result<Option<LayerLesson>, AnswerError> {
         let Some(first) = seen.first() else { return Ok(None) };
@@ -73,9 +98,8 @@ impl<'m> DecoderAdapted<'m> {
         for view in seen {
             let phi = self.layer.features(&view.latent, &view.viewpoint)?;
             let residual = &view.measurement - self.layer.model().predict(&view.latent, &view.viewpoint)?;
-            let weight = view.weight / DRAWS as f64;
-            information.ger(weight, &phi, &phi, 1.0);
-            moment.ger(weight, &residual, &phi, 1.0);
+            information.ger(view.weight, &phi, &phi, 1.0);
+            moment.ger(view.weight, &residual, &phi, 1.0);
         }
         let mut prior = DMatrix::zeros(features, features);
         for _ in 0..REPLAYED {
@@ -95,30 +119,60 @@ impl<'m> DecoderAdapted<'m> {
 
 impl Estimator for DecoderAdapted<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
-        Ok(self.learn(observations, &Lesson::default())?.0)
+        Ok(self.learn(observations, &Lesson::default())?.estimate)
     }
 }
 
 /// A round after which the solver comes to no maximum is undone, and the drive teaches no more.
 impl Learner for DecoderAdapted<'_> {
-    fn learn(
-        &self,
-        observations: &Observations,
-        before: &Lesson,
-    ) -> Result<(Estimate, Lesson), EstimateError> {
+    fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
         let known = before.decoder.as_ref();
         let mut random = Seed(0).stream("decoder adapted", observations.detections.len() as u64);
-        let (mut estimate, mut seen) = self.by(known.map(|of| &of.change), observations, &mut random)?;
+        let (mut estimate, evidence, mut seen) =
+            self.by(known.map(|of| &of.change), observations, &mut random)?;
+        let gain = self.gain(known, (&estimate, evidence), observations)?;
         let mut learnt = known.cloned();
         for _ in 0..ROUNDS {
             let Some(views) = &seen else { break };
             let Some(lesson) = self.lesson(known, views, &mut random)? else { break };
-            let (next, seen_next) = self.by(Some(&lesson.change), observations, &mut random)?;
+            let (next, _, seen_next) = self.by(Some(&lesson.change), observations, &mut random)?;
             if seen_next.is_none() {
                 break;
             }
             (estimate, seen, learnt) = (next, seen_next, Some(lesson));
         }
-        Ok((estimate, Lesson { decoder: learnt, ..before.clone() }))
+        Ok(Learnt { estimate, lesson: Lesson { decoder: learnt, ..before.clone() }, gain })
+    }
+}
+
+/// A control: [`DecoderAdapted`], taught after each drive by views that are known to the truth, and not on it.
+pub struct DecoderTaught<'m> {
+    of: DecoderAdapted<'m>,
+    seen: &'m [SeenView],
+}
+
+impl<'m> DecoderTaught<'m> {
+    /// An estimator of a drive on which these views were seen.
+    pub fn new(settings: &Settings, layer: &'m dyn LastLayer, seen: &'m [SeenView]) -> Self {
+        Self { of: DecoderAdapted::new(settings, layer), seen }
+    }
+}
+
+impl Estimator for DecoderTaught<'_> {
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        Ok(self.learn(observations, &Lesson::default())?.estimate)
+    }
+}
+
+impl Learner for DecoderTaught<'_> {
+    fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
+        let known = before.decoder.as_ref();
+        let mut random = Seed(0).stream("decoder taught", observations.detections.len() as u64);
+        let change = known.map(|of| &of.change);
+        let (estimate, evidence) = self.of.evidenced(change, observations)?;
+        let gain = self.of.gain(known, (&estimate, evidence), observations)?;
+        let learnt = self.of.lesson(known, self.seen, &mut random)?;
+        let lesson = Lesson { decoder: learnt.or_else(|| known.cloned()), ..before.clone() };
+        Ok(Learnt { estimate, lesson, gain })
     }
 }

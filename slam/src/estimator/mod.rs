@@ -17,14 +17,14 @@ mod uninformative;
 
 pub use azimuth_head::AzimuthHead;
 pub use checked::Checked;
-pub use decoder_adapted::DecoderAdapted;
+pub use decoder_adapted::{DecoderAdapted, DecoderTaught};
 pub use discrete_class::DiscreteClass;
 pub use domain_adapted::DomainAdapted;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;
 pub use pairs::ViewpointPairs;
 pub use refitted::Refitted;
-pub use semantic::Semantic;
+pub use semantic::{SeenView, Semantic};
 pub use uninformative::Uninformative;
 
 use crate::estimate::Estimate;
@@ -48,12 +48,33 @@ pub trait Estimator: Sync {
     }
 }
 
+/// What a drive taught.
+pub struct Learnt {
+    /// The estimate of the drive.
+    pub estimate: Estimate,
+    /// What is known after it.
+    pub lesson: Lesson,
+    /// `log p(Z | before) - log p(Z | the model as it was trained)` of all crops that are read, nats a crop: how much better they were known
+    /// before they were seen, by Laplace's method. `None` where either is not defined, or they read other crops.
+    pub gain: Option<f64>,
+}
+
 /// An estimator that goes on from what earlier drives taught.
 pub trait Learner: Estimator {
-    /// The estimate of a drive after those that taught `before`, and what is known after it.
-    fn learn(
-        &self,
-        observations: &Observations,
-        before: &Lesson,
-    ) -> Result<(Estimate, Lesson), EstimateError>;
+    /// A drive after those that taught `before`.
+    fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError>;
+}
+
+/// Crops that were read.
+fn crops_read(estimate: &Estimate) -> usize {
+    estimate.objects.iter().flatten().map(|object| object.semantic_views).sum()
+}
+
+/// The log-evidence of one way to read a drive's crops over that of another, nats a crop.
+fn gain_a_crop(own: (&Estimate, Option<f64>), other: (&Estimate, Option<f64>)) -> Option<f64> {
+    let crops = crops_read(own.0);
+    if crops == 0 || crops != crops_read(other.0) {
+        return None;
+    }
+    Some((own.1? - other.1?) / crops as f64)
 }

@@ -1,7 +1,7 @@
 //! P(X, O, E | U, Z^g, Z^s), with the noise of crops and the model's discrepancy refitted on the run itself: no prediction is changed,
 //! only how far it is trusted. What learning while localising has to beat.
 
-use super::{Estimator, Learner, Semantic};
+use super::{Estimator, Learner, Learnt, Semantic, gain_a_crop};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::lesson::{DISCREPANCIES, Lesson, NoiseOdds, SPREADS};
@@ -30,24 +30,53 @@ impl<'m> Refitted<'m> {
 
 impl Estimator for Refitted<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
-        Ok(self.learn(observations, &Lesson::default())?.0)
+        Ok(self.learn(observations, &Lesson::default())?.estimate)
     }
 }
 
 /// By the evidences of all drives so far, those of older ones counting less.
 impl Learner for Refitted<'_> {
-    fn learn(
-        &self,
-        observations: &Observations,
-        before: &Lesson,
-    ) -> Result<(Estimate, Lesson), EstimateError> {
+    fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
+        let told = self.settings.semantics;
         let by = |semantics: &SemanticSettings| {
             let settings = Settings { semantics: *semantics, ..self.settings };
             Semantic::new(&settings, self.model).evidenced(observations)
         };
-        let (refit, estimate) = most_probable(self.settings.semantics, &before.noise, by)?;
-        Ok((estimate, Lesson { noise: before.noise.after(&refit.odds), ..before.clone() }))
+        let (refit, estimate) = most_probable(told, &before.noise, by)?;
+        let known = known_before(told, &before.noise);
+        let gain = if known == told {
+            Some(0.0)
+        } else {
+            let (own, frozen) = (by(&known)?, by(&told)?);
+            gain_a_crop((&own.0, own.1), (&frozen.0, frozen.1))
+        };
+        Ok(Learnt {
+            estimate,
+            lesson: Lesson { noise: before.noise.after(&refit.odds), ..before.clone() },
+            gain,
+        })
     }
+}
+
+/// The way to read crops that is most probable by drives before alone.
+fn known_before(told: SemanticSettings, before: &NoiseOdds) -> SemanticSettings {
+    fn likeliest<const N: usize>(odds: &[f64; N]) -> usize {
+        (0..N).rev().max_by(|&a, &b| odds[a].total_cmp(&odds[b])).unwrap_or(0)
+    }
+    let spread = with_spread(told, SPREAD[likeliest(&before.spread)]);
+    with_discrepancy(spread, DISCREPANCY[likeliest(&before.discrepancy)])
+}
+
+fn with_spread(told: SemanticSettings, factor: f64) -> SemanticSettings {
+    SemanticSettings { noise_scale: told.noise_scale * factor, ..told }
+}
+
+fn with_discrepancy(told: SemanticSettings, factor: f64) -> SemanticSettings {
+    let azimuth_discrepancy = told.azimuth_discrepancy.map(|of| {
+        let sigma = (of.sigma * factor).min(of.sigma.max(PI));
+        AzimuthDiscrepancy { sigma, ..of }
+    });
+    SemanticSettings { azimuth_discrepancy, ..told }
 }
 
 /// The noise and the discrepancy that are most probable.
@@ -69,17 +98,14 @@ pub(super) fn most_probable<T>(
     mut by: impl FnMut(&SemanticSettings) -> Result<Tried<T>, EstimateError>,
 ) -> Result<(Refit, T), EstimateError> {
     let first = by(&told)?;
-    let spread = |factor: f64| SemanticSettings { noise_scale: told.noise_scale * factor, ..told };
-    let (semantics, best, of_spread) = best_of(SPREAD.map(spread), first, &before.spread, &mut by)?;
+    let (semantics, best, of_spread) =
+        best_of(SPREAD.map(|factor| with_spread(told, factor)), first, &before.spread, &mut by)?;
     let mut odds = NoiseOdds { spread: of_spread, ..NoiseOdds::default() };
-    let Some(of) = semantics.azimuth_discrepancy else { return Ok((Refit { semantics, odds }, best.0)) };
-    let discrepancy = |factor: f64| {
-        let sigma = (of.sigma * factor).min(of.sigma.max(PI));
-        let azimuth_discrepancy = Some(AzimuthDiscrepancy { sigma, ..of });
-        SemanticSettings { azimuth_discrepancy, ..semantics }
-    };
-    let (semantics, best, of_discrepancy) =
-        best_of(DISCREPANCY.map(discrepancy), best, &before.discrepancy, &mut by)?;
+    if semantics.azimuth_discrepancy.is_none() {
+        return Ok((Refit { semantics, odds }, best.0));
+    }
+    let ways = DISCREPANCY.map(|factor| with_discrepancy(semantics, factor));
+    let (semantics, best, of_discrepancy) = best_of(ways, best, &before.discrepancy, &mut by)?;
     odds.discrepancy = of_discrepancy;
     Ok((Refit { semantics, odds }, best.0))
 }

@@ -20,6 +20,7 @@ use crate::unknown_object::log_odds;
 use crate::variable::{Key, Value, Values};
 use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 use vantage_dataset::{Camera, Observations, Pose, Stream, Viewpoint};
 use vantage_model::{AnswerError, ObservationModel};
 
@@ -76,43 +77,55 @@ impl Semantic<'_> {
         observations: &Observations,
     ) -> Result<(Estimate, Option<f64>), EstimateError> {
         let (posterior, added) = self.posterior(observations)?;
-        let Posterior { graph, solution, .. } = &posterior;
+        let evidence = self.evidence_of(&posterior, &added);
+        Ok((self.told(posterior, &added, observations), evidence))
+    }
+
+    fn evidence_of(&self, posterior: &Posterior<'_>, added: &BTreeMap<usize, Added>) -> Option<f64> {
+        let Posterior { graph, solution, .. } = posterior;
         let keys: Vec<Key> = solution.values.iter().map(|(key, _)| key).collect();
         let views: usize = added.values().map(|added| added.object.views.len()).sum();
         // What whitening takes out of each view's density.
         let SemanticSettings { noise_scale, information_scale, .. } = self.semantics;
         let numbers = (views * self.model.measurement_dim()) as f64;
         let spread = information_scale * numbers * libm::log(noise_scale);
-        let evidence = log_evidence(graph, &solution.values, &keys).map(|evidence| evidence - spread);
-        Ok((self.told(posterior, &added, observations), evidence))
+        log_evidence(graph, &solution.values, &keys).map(|evidence| evidence - spread)
     }
 
-    /// The estimate, and what is known of the domain after it; that is `None` where the solver came to no maximum.
+    /// Likewise, with the normalizer of the domain's prior; and what is known of the domain after it, which is `None` where the solver came
+    /// to no maximum.
     pub(super) fn taught(
         &self,
         observations: &Observations,
-    ) -> Result<(Estimate, Option<DomainBelief>), EstimateError> {
+    ) -> Result<(Estimate, Option<f64>, Option<DomainBelief>), EstimateError> {
         let (posterior, added) = self.posterior(observations)?;
         let is_at_maximum = matches!(posterior.solution.outcome, Outcome::Converged | Outcome::Stalled);
         let belief = posterior.domain().filter(|_| is_at_maximum);
-        Ok((self.told(posterior, &added, observations), belief))
+        let dim = self.domain.as_ref().map_or(0, Domain::dim) as f64;
+        let log_det = self.belief.as_ref().map_or(Some(0.0), DomainBelief::log_det);
+        let evidence = self.evidence_of(&posterior, &added).zip(log_det);
+        let evidence = evidence.map(|(evidence, log_det)| evidence - (dim * libm::log(TAU) + log_det) / 2.0);
+        Ok((self.told(posterior, &added, observations), evidence, belief))
     }
 
-    /// The estimate, and what was seen of objects at so many draws of the posterior; that is `None` where the solver came to no maximum.
+    /// Likewise, and what was seen of objects at so many draws of the posterior; that is `None` where the solver came to no maximum.
     pub(super) fn drawn(
         &self,
         observations: &Observations,
         (count, random): (usize, &mut Stream),
-    ) -> Result<(Estimate, Option<Vec<DrawnView>>), EstimateError> {
+    ) -> Result<Drawn, EstimateError> {
         let (posterior, added) = self.posterior(observations)?;
         let Posterior { graph, solution, .. } = &posterior;
         let is_at_maximum = matches!(solution.outcome, Outcome::Converged | Outcome::Stalled);
         let drawn = if is_at_maximum { draws(graph, &solution.values, count, random) } else { None };
         let views = drawn.map(|drawn| {
             let at = |values| self.views_at(values, &added, observations);
-            drawn.iter().flat_map(at).collect()
+            let mut views: Vec<SeenView> = drawn.iter().flat_map(at).collect();
+            views.iter_mut().for_each(|view| view.weight /= count as f64);
+            views
         });
-        Ok((self.told(posterior, &added, observations), views))
+        let evidence = self.evidence_of(&posterior, &added);
+        Ok((self.told(posterior, &added, observations), evidence, views))
     }
 
     fn views_at(
@@ -120,7 +133,7 @@ impl Semantic<'_> {
         values: &Values,
         added: &BTreeMap<usize, Added>,
         observations: &Observations,
-    ) -> Vec<DrawnView> {
+    ) -> Vec<SeenView> {
         let problem = self.geometric.problem(observations);
         let semantics = Semantics { problem, model: self.reader(), settings: self.semantics, domain: None };
         let view = |object: &SemanticObject, view: &SemanticView| {
@@ -136,7 +149,7 @@ impl Semantic<'_> {
             let residual = factor.residual(values)?;
             let weight =
                 factor.information_scale() * factor.kernel().weight(residual.norm_squared(), residual.len());
-            Some(DrawnView { measurement: view.measurement.clone(), latent, viewpoint, weight })
+            Some(SeenView { measurement: view.measurement.clone(), latent, viewpoint, weight })
         };
         let objects = added.values().map(|added| &added.object);
         objects.flat_map(|object| object.views.iter().filter_map(move |of| view(object, of))).collect()
@@ -233,16 +246,20 @@ impl Estimator for Semantic<'_> {
     }
 }
 
-/// A crop with what was seen in it, at one draw of the posterior.
-pub(super) struct DrawnView {
+/// An estimate, its log-evidence, and what was seen at draws of the posterior.
+pub(super) type Drawn = (Estimate, Option<f64>, Option<Vec<SeenView>>);
+
+/// A crop with what is seen in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeenView {
     /// `m(z)`, `[M]`.
-    pub(super) measurement: DVector<f64>,
+    pub measurement: DVector<f64>,
     /// The model's own latent, `[D]`.
-    pub(super) latent: DVector<f64>,
+    pub latent: DVector<f64>,
     /// From where the model sees.
-    pub(super) viewpoint: Viewpoint,
-    /// Of the crop, less than 1 where it fits badly.
-    pub(super) weight: f64,
+    pub viewpoint: Viewpoint,
+    /// Of the crop: less than 1 where it fits badly, or is one of several draws.
+    pub weight: f64,
 }
 
 /// Where the search for an object's orientation and latent starts.

@@ -2,12 +2,12 @@
 
 use crate::model::TanhModel;
 use crate::world::{World, WorldSpec, matching_settings};
-use nalgebra::{DMatrix, DVector};
-use vantage_dataset::{Observations, Seed};
+use nalgebra::{DMatrix, DVector, Vector3};
+use vantage_dataset::{Observations, Seed, Viewpoint};
 use vantage_model::ObservationModel;
 use vantage_slam::{
-    Checked, DecoderAdapted, DomainAdapted, DomainPrior, Estimate, Estimator, Learner, Lesson, Outcome,
-    Refitted, Semantic, Settings,
+    Checked, DecoderAdapted, DecoderTaught, DomainAdapted, DomainPrior, Estimate, Estimator, Learner, Lesson,
+    Outcome, Refitted, SeenView, Semantic, Settings,
 };
 
 fn model() -> TanhModel {
@@ -172,9 +172,9 @@ fn wrong_associations_teach_nothing_that_harms() {
 fn life(learner: &dyn Learner, worlds: &[World]) -> Vec<(f64, Lesson)> {
     let mut lesson = Lesson::default();
     let drive = |world: &World| {
-        let (estimate, after) = learner.learn(&world.observations, &lesson).unwrap();
-        lesson = after;
-        (world.ate(&estimate), lesson.clone())
+        let learnt = learner.learn(&world.observations, &lesson).unwrap();
+        lesson = learnt.lesson;
+        (world.ate(&learnt.estimate), lesson.clone())
     };
     worlds.iter().map(drive).collect()
 }
@@ -220,9 +220,9 @@ fn a_life_that_was_stopped_goes_on_to_the_same_bits_and_its_lesson_does_not_grow
             let text = serde_json::to_string(&lesson).unwrap();
             lengths.push(text.len());
             let stored: Lesson = serde_json::from_str(&text).unwrap();
-            let (estimate, next) = learner.learn(&world.observations, &stored).unwrap();
-            assert_eq!((world.ate(&estimate), &next), (*ate, after));
-            lesson = next;
+            let learnt = learner.learn(&world.observations, &stored).unwrap();
+            assert_eq!((world.ate(&learnt.estimate), &learnt.lesson), (*ate, after));
+            lesson = learnt.lesson;
         }
         assert!(lengths[2] < 2 * lengths[1].max(500), "{lengths:?}");
     }
@@ -235,16 +235,16 @@ fn garbage_teaches_a_domain_that_later_drives_forget() {
     let learner = DomainAdapted::new(&settings, &model);
     let mut garbage = World::new(&WorldSpec::sparse_loop(), Some(&model), Seed(0));
     moved(&mut garbage, &model, -3.0, 200.0);
-    let lesson = learner.learn(&garbage.observations, &Lesson::default()).unwrap().1;
+    let lesson = learner.learn(&garbage.observations, &Lesson::default()).unwrap().lesson;
     let worlds: Vec<World> =
         (1..5).map(|seed| World::new(&WorldSpec::sparse_loop(), Some(&model), Seed(seed))).collect();
     let mut known = lesson;
     let mut errors = Vec::new();
     for world in &worlds {
-        let (estimate, after) = learner.learn(&world.observations, &known).unwrap();
-        known = after;
+        let learnt = learner.learn(&world.observations, &known).unwrap();
+        known = learnt.lesson;
         let frozen = Semantic::new(&settings, &model).estimate(&world.observations).unwrap();
-        errors.push(world.ate(&estimate) / world.ate(&frozen));
+        errors.push(world.ate(&learnt.estimate) / world.ate(&frozen));
     }
     println!("over the frozen model's after garbage: {errors:.2?}");
     assert!(errors[3] < 1.5, "{errors:?}");
@@ -275,4 +275,61 @@ fn a_last_layer_that_is_wrong_is_learnt_over_a_life() {
     let later = |of: &[f64]| of[2..].iter().sum::<f64>();
     assert!(later(&errors) < later(&frozen), "{errors:?} {frozen:?}");
     assert!(layers[11] < 0.95, "{layers:?}");
+}
+
+#[test]
+fn crops_of_a_later_drive_are_known_better_before_they_are_seen() {
+    let (model, spec) = (model(), WorldSpec::sparse_loop());
+    let gains = |learner: &dyn Learner, worlds: &[World]| {
+        let mut lesson = Lesson::default();
+        let drive = |world: &World| {
+            let learnt = learner.learn(&world.observations, &lesson).unwrap();
+            lesson = learnt.lesson;
+            learnt.gain.unwrap()
+        };
+        worlds.iter().map(drive).collect::<Vec<f64>>()
+    };
+    let settings = Settings { domain: PRIOR, ..matching_settings(&spec) };
+    let off_alike = worlds_that_differ_alike(&model, 0..3);
+    let noisy: Vec<World> = (0..3)
+        .map(|seed| World::new(&WorldSpec { semantic_sigma: 0.08, ..spec }, Some(&model), Seed(seed)))
+        .collect();
+    let as_trained: Vec<World> = (0..3).map(|seed| World::new(&spec, Some(&model), Seed(seed))).collect();
+    let domain = DomainAdapted::new(&settings, &model);
+    for worlds in [&off_alike, &as_trained] {
+        let last = worlds.len() - 1;
+        let (after, alone) = (gains(&domain, worlds)[last], gains(&domain, &worlds[last..])[0]);
+        println!("domain: {after:.2} nat a crop after other drives, {alone:.2} on a first one");
+        assert!(after > alone, "{after} {alone}");
+    }
+    let noise = gains(&Refitted::new(&settings, &model), &noisy);
+    println!("noise {noise:.2?}");
+    assert_eq!(noise[0], 0.0, "on a first drive nothing is known");
+    assert!(noise[1] > 0.5 && noise[2] > 0.5, "{noise:?}");
+}
+
+#[test]
+fn a_decoder_that_is_taught_by_the_truth_comes_nearer_to_the_right_one() {
+    let model = model();
+    let mut random = Seed(7).stream("another layer", 0);
+    let change = DMatrix::from_fn(12, 33, |_, j| if j < 32 { 0.02 * random.normal() } else { 0.0 });
+    let other = model.with_output(&change);
+    let mut view = |_| {
+        let latent = DVector::from_fn(8, |_, _| random.normal());
+        let [x, y] = [random.normal(), random.normal()];
+        let viewpoint = Viewpoint {
+            direction: Vector3::new(x, y, 0.3 * x.hypot(y)).normalize(),
+            roll: 0.0,
+            log_distance: 0.5,
+        };
+        let measurement = other.predict(&latent, &viewpoint).unwrap();
+        SeenView { measurement, latent, viewpoint, weight: 1.0 }
+    };
+    let seen: Vec<SeenView> = (0..2000).map(&mut view).collect();
+    let spec = WorldSpec { objects: 0, ..WorldSpec::sparse_loop() };
+    let world = World::new(&spec, Some(&model), Seed(0));
+    let taught = DecoderTaught::new(&matching_settings(&spec), &model, &seen);
+    let lesson = taught.learn(&world.observations, &Lesson::default()).unwrap().lesson;
+    let off = (&lesson.decoder.unwrap().change - &change).norm() / change.norm();
+    assert!(off < 0.2, "{off}");
 }

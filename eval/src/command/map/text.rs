@@ -112,7 +112,11 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         std::iter::once(first.to_owned()).chain(values).collect()
     };
     let methods = first.methods();
-    for metric in [Metric::Ate, Metric::NeesPose] {
+    for metric in [Metric::Ate, Metric::NeesPose, Metric::PrequentialGain] {
+        let any = tables.iter().flat_map(|table| table.runs()).any(|run| run.scores.contains_key(&metric));
+        if metric == Metric::PrequentialGain && !any {
+            continue;
+        }
         let row = |method: &String| {
             let cells =
                 tables.iter().map(|table| mean(metric, table.cell(method, metric).mean, table.seeds().len()));

@@ -1,0 +1,39 @@
+//! What a model sees in the crops of an episode, by the truth: what a control is taught by.
+
+use std::collections::BTreeMap;
+use vantage_dataset::{Observations, Truth, Viewpoint};
+use vantage_model::{AnswerError, LatentGaussian, ObservationModel};
+use vantage_slam::SeenView;
+use vantage_slam::sighting::sightings;
+
+/// Of each object's whole detections, the measurement, the true viewpoint and the latent that all of them together tell.
+pub fn true_views(
+    observations: &Observations,
+    truth: &Truth,
+    model: &dyn ObservationModel,
+) -> Result<Vec<SeenView>, AnswerError> {
+    let mut of_object: BTreeMap<u64, Vec<(usize, Viewpoint)>> = BTreeMap::new();
+    for sighting in sightings(observations).0.into_values().flatten() {
+        let detection = &observations.detections[sighting.detection];
+        let Some(object) = truth.shown(sighting.detection, detection) else { continue };
+        let world_from_camera = truth.world_from_robot[detection.step] * observations.robot_from_camera;
+        let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
+        if let Some(viewpoint) = Viewpoint::new(&object_from_camera, object.size) {
+            of_object.entry(object.instance.0).or_default().push((sighting.detection, viewpoint));
+        }
+    }
+    let mut seen = Vec::new();
+    for views in of_object.values() {
+        let crop = |detection: usize| &observations.detections[detection].masked_crop;
+        let factors = views
+            .iter()
+            .map(|(detection, viewpoint)| model.encode(crop(*detection), viewpoint))
+            .collect::<Result<Vec<_>, _>>()?;
+        let latent = LatentGaussian::posterior(model.latent_dim(), &factors).mean;
+        for &(detection, viewpoint) in views {
+            let measurement = model.measure(crop(detection))?;
+            seen.push(SeenView { measurement, latent: latent.clone(), viewpoint, weight: 1.0 });
+        }
+    }
+    Ok(seen)
+}
