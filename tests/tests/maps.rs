@@ -128,6 +128,7 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
             "Two objects, set: { world.objects: 2 }",
             "Alone, alone: true, life: [{ from: 1 }, { from: 2, set: { world.objects: 2 } }]",
         )
+        .replace(", set: { estimator.semantic_noise_scale: 2 }", "")
         .replace("at: [1.5, 1.6]", "at: [1, 2]");
     run(&scene, &lives, &[]).expect(0, &["cells: 4 of 4"]);
     let place = scene.path("out/maps/little");
