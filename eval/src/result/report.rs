@@ -1,4 +1,4 @@
-//! The files of a finished run: results, tables, manifest.
+//! What a result is made of: raw scores and tables.
 
 use super::error::SaveError;
 use crate::result::folder::ResultFolder;
@@ -26,12 +26,11 @@ pub fn markdown(results: &Results, model: Option<&str>, caveat: Option<&str>) ->
     format!("# {}\n{model}{caveat}{answers}{}", results.scene, tables.collect::<String>())
 }
 
-/// Writes `results.json`, `tables.md` and, last, `manifest.json`.
-pub fn write(folder: ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), SaveError> {
+/// Writes `results.json` and `tables.md`.
+pub fn write(folder: &ResultFolder, results: &Results, manifest: &Manifest) -> Result<(), SaveError> {
     let text = markdown(results, manifest.model_hash.as_deref(), manifest.caveat.as_deref());
     folder.write(TABLES, text.as_bytes())?;
-    folder.write(results_file::FILE_NAME, results.to_json()?.as_bytes())?;
-    folder.finish(manifest)
+    Ok(folder.write(results_file::FILE_NAME, results.to_json()?.as_bytes())?)
 }
 
 #[cfg(test)]
@@ -50,7 +49,8 @@ mod tests {
             let out = OutputFolder::probe(&folder.path().join(name)).unwrap();
             let results = Results::new("tabletop", "abc", vec![table(runs).unwrap()]);
             let place = ResultFolder::open(&out, "tabletop", ResultKind::Scene, &Progress::detect()).unwrap();
-            write(place, &results, manifest).unwrap();
+            write(&place, &results, manifest).unwrap();
+            place.finish(manifest).unwrap();
             out.path().join("scenes/tabletop")
         };
         let plain = Manifest::new("abc", &[Seed(0)]);

@@ -49,6 +49,8 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let progress = Progress::detect();
     let folder = ResultFolder::open(&out, &file.name, ResultKind::Scene, &progress)?;
     let place = folder.path().to_owned();
+    // First, so that scores are not lost where a picture cannot be written.
+    report::write(&folder, &scored.results, &scored.manifest)?;
     let mut pictures = pictures::write(&folder, &scored)?;
     pictures.extend(online::write(&folder, &scored)?);
     association::write(&folder, &scored)?;
@@ -58,7 +60,7 @@ pub fn bench(args: &RunArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
         scored.manifest.took("dump", start.elapsed());
     }
     folder.write(REPORT, page_of(&place, &scored.results, &scored.manifest, &pictures)?.as_bytes())?;
-    report::write(folder, &scored.results, &scored.manifest)?;
+    folder.finish(&scored.manifest)?;
     said::say(args, &scored, &place, &pictures, stdout)?;
     notes(&scored, &progress);
     ended(&scored, scene)

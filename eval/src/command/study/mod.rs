@@ -138,7 +138,8 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
     let pictures: Vec<&str> = drawn.iter().map(|(name, _)| *name).collect();
     drawn.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
     folder.write(REPORT, page_of(&place, &results, &manifest, &pictures)?.as_bytes())?;
-    report::write(folder, &results, &manifest)?;
+    report::write(&folder, &results, &manifest)?;
+    folder.finish(&manifest)?;
     progress.note(&format!("written to {}", place.display()));
     if let Some(table) = results.table(OF_LATENTS.name) {
         writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
