@@ -31,6 +31,7 @@ const STAGES: [(&str, &[&str]); 5] = [
             "slam/src",
             "eval/src/pipeline/azimuth_sensor.rs",
             "eval/src/pipeline/estimates.rs",
+            "eval/src/pipeline/true_views.rs",
             "eval/src/result/run.rs",
             "eval/src/scene_file/estimator.rs",
             "eval/src/scene_file/row.rs",

@@ -1,6 +1,6 @@
 //! The last layer of a viewpoint-dependent model's decoder, to be learnt anew.
 
-use crate::error::ModelError;
+use crate::error::{GraphError, ModelError};
 use crate::file::read;
 use crate::folder::{LARGEST_FILE, matrix, narrowed, widened};
 use crate::onnx::Signature;
@@ -46,7 +46,9 @@ impl<'m> DecoderLastLayer<'m> {
         };
         let (decoder, jacobian) = (part(Role::Decoder)?, part(Role::DecoderJacobian)?);
         if !jacobian.graph.has_back() || jacobian.graph.weight_value != decoder.graph.weight_value {
-            return Err(ModelError::Absent { role: Role::DecoderJacobian });
+            let what = "a Jacobian without the weight of the decoder's last layer, or with another one, where it is to be learnt,";
+            let source = GraphError::Unsupported { what: what.to_owned() };
+            return Err(ModelError::Run { role: Role::DecoderJacobian, source });
         }
         let (bytes, signature) = decoder.graph.cut_off(&decoder.signature);
         let features = Graph::from_bytes(&bytes, &signature)

@@ -1,7 +1,8 @@
 //! What drives teach of the model, carried from one drive to the next. Its size is bounded.
 //!
-//! The next drive has only so much in common with this one: of all that was learnt [`KEPT`] counts. What is learnt of the domain becomes
-//! the prior of the next drive's, an autoregression whose stationary distribution is the prior of a first drive:
+//! Worlds change, so that what was learnt counts [`KEPT`] as much with every later drive: odds and views of the drives so far are weighed
+//! down when another drive is added. What is learnt of the domain becomes the prior of the next drive's, an autoregression whose stationary
+//! distribution is the prior of a first drive:
 //!
 //! ```text
 //! u' = a u + sqrt(1 - a^2) w,   w ~ N(0, I),   a = KEPT
@@ -10,7 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// `a`: how much of what a drive taught counts on the next.
+/// `a`: how much of what is known counts when another drive is added.
 pub const KEPT: f64 = 0.9;
 /// Spreads of the semantic residual that are tried on a drive.
 pub(crate) const SPREADS: usize = 4;
@@ -63,12 +64,6 @@ pub struct DomainBelief {
 }
 
 impl DomainBelief {
-    /// Of the covariance; `None` where that is not positive definite.
-    pub(crate) fn log_det(&self) -> Option<f64> {
-        let root = self.covariance.clone().cholesky()?;
-        Some(2.0 * root.l_dirty().diagonal().iter().map(|x| libm::log(*x)).sum::<f64>())
-    }
-
     /// That of the next drive.
     pub(crate) fn of_next_drive(&self) -> Self {
         let Self { mean, covariance } = self;

@@ -70,7 +70,8 @@ impl<'m> Posterior<'m> {
         }
     }
 
-    /// The marginal of the domain; `None` where there is none, or the normal equations are singular.
+    /// The marginal of the domain; `None` where there is none, or the normal equations are singular
+    /// even when damped.
     pub(crate) fn domain(&self) -> Option<DomainBelief> {
         let values = &self.solution.values;
         let mean = values.vector(Key::Domain)?.clone();

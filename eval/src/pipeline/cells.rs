@@ -6,10 +6,10 @@ use super::{
     LoadedModel, Naming, Pipeline, SeedEpisode, StageError, chosen_model, episodes, methods, models,
 };
 use crate::progress::Progress;
+use crate::result::metric::Metric;
 use crate::result::run::Run;
 use crate::scene_file::SceneFile;
 use crate::scene_file::life::drive_seed;
-use crate::scene_file::map::COLUMNS;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::read_truth;
@@ -40,6 +40,8 @@ pub struct Cell<'a> {
     pub seeds: &'a [Seed],
     /// Which drive of the lives with these seeds it is.
     pub drive: Option<u64>,
+    /// What is scored.
+    pub columns: &'a [Metric],
     /// Where it tells of itself.
     pub progress: &'a Progress,
 }
@@ -96,7 +98,7 @@ pub fn cell(cell: &Cell<'_>, before: &Lessons) -> Result<CellRuns, StageError> {
 fn runs(
     pipeline: &Pipeline,
     model: Option<&Path>,
-    &Cell { seeds, drive, .. }: &Cell<'_>,
+    &Cell { seeds, drive, columns, .. }: &Cell<'_>,
     before: &Lessons,
 ) -> Result<CellRuns, StageError> {
     let models = models_of(pipeline, model)?;
@@ -120,7 +122,7 @@ fn runs(
     };
     Ok(CellRuns {
         methods: methods.iter().map(super::Method::name).collect(),
-        runs: trajectory_runs(&methods, &episodes, &answers, &COLUMNS)?,
+        runs: trajectory_runs(&methods, &episodes, &answers, columns)?,
         models: models.iter().map(name).collect(),
         seals,
         lessons,

@@ -83,22 +83,22 @@ pub enum ModelRefusal {
     },
     /// A row learns the last layer of a decoder, and the model has none.
     #[error(
-        "{}: the row decoder_adapted learns the decoder of a viewpoint_dependent model, and this one is {kind}; name another by --model, \
-         or leave the row out of estimator.rows", folder.display()
+        "the model in {} is {kind}: rows decoder_adapted and decoder_taught learn the decoder of a viewpoint_dependent one; name another by \
+         --model, or leave the rows out of estimator.rows", folder.display()
     )]
     NotViewpointDependent {
-        /// The model's.
+        /// Its folder.
         folder: PathBuf,
-        /// The model's.
+        /// Its kind.
         kind: Kind,
     },
     /// A row learns the last layer of a decoder, and that of the model is none that can be told from its graphs.
     #[error(
-        "{}: the row decoder_adapted learns the last layer of decoders that bench train writes, and this is none: {source}; leave the row out \
-         of estimator.rows", folder.display()
+        "the model in {} has no last layer for rows decoder_adapted and decoder_taught, as decoders have that bench train writes: {source}; \
+         leave the rows out of estimator.rows", folder.display()
     )]
     NoLastLayer {
-        /// The model's.
+        /// Its folder.
         folder: PathBuf,
         /// What is otherwise.
         source: Box<vantage_learn::ModelError>,

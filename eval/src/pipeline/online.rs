@@ -84,7 +84,7 @@ fn run(
     observations: &Observations,
     method: &Method<'_>,
 ) -> Option<Result<OnlineRun, EstimateError>> {
-    if method.row.reads_truth() {
+    if !method.row.is_by_model_alone() {
         return None;
     }
     let estimator = method.row.estimator(&pipeline.file.estimator.settings(), method.model.reader());

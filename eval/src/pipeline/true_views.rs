@@ -6,7 +6,8 @@ use vantage_model::{AnswerError, LatentGaussian, ObservationModel};
 use vantage_slam::SeenView;
 use vantage_slam::sighting::sightings;
 
-/// Of each object's whole detections, the measurement, the true viewpoint and the latent that all of them together tell.
+/// Of each object's whole detections, the measurement, the true viewpoint and the latent that all of them together tell. Crops that the model does
+/// not answer with finite numbers are left out.
 pub fn true_views(
     observations: &Observations,
     truth: &Truth,
@@ -25,15 +26,23 @@ pub fn true_views(
     let mut seen = Vec::new();
     for views in of_object.values() {
         let crop = |detection: usize| &observations.detections[detection].masked_crop;
-        let factors = views
-            .iter()
-            .map(|(detection, viewpoint)| model.encode(crop(*detection), viewpoint))
-            .collect::<Result<Vec<_>, _>>()?;
-        let latent = LatentGaussian::posterior(model.latent_dim(), &factors).mean;
-        for &(detection, viewpoint) in views {
-            let measurement = model.measure(crop(detection))?;
-            seen.push(SeenView { measurement, latent: latent.clone(), viewpoint, weight: 1.0 });
+        let mut read = Vec::new();
+        for (detection, viewpoint) in views {
+            let crop = crop(*detection);
+            match model.measure(crop).and_then(|measured| Ok((measured, model.encode(crop, viewpoint)?))) {
+                Ok((measurement, factor)) => read.push((measurement, factor, *viewpoint)),
+                Err(AnswerError::NonFinite { .. }) => {}
+                Err(error) => return Err(error),
+            }
         }
+        let factors: Vec<LatentGaussian> = read.iter().map(|(_, factor, _)| factor.clone()).collect();
+        let latent = LatentGaussian::posterior(model.latent_dim(), &factors).mean;
+        seen.extend(read.into_iter().map(|(measurement, _, viewpoint)| SeenView {
+            measurement,
+            latent: latent.clone(),
+            viewpoint,
+            weight: 1.0,
+        }));
     }
     Ok(seen)
 }

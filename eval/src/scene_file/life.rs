@@ -19,9 +19,9 @@ pub struct Stretch {
     /// The first of them, from 1 on.
     #[garde(range(min = 1))]
     pub from: u64,
-    /// Fields of the scene that are replaced from then on.
+    /// Fields of the world, the robot and the sensors that are replaced, in place of those of the stretch before.
     #[serde(default)]
-    #[garde(custom(of_a_cell))]
+    #[garde(custom(of_a_cell), custom(of_the_world))]
     pub set: Fields,
 }
 
@@ -38,32 +38,44 @@ impl Axis {
 }
 
 impl Panel {
-    /// The fields of the world of a drive, in place of those of the panel.
+    /// The fields that a drive has otherwise than the panel.
     pub fn world_of(&self, drive: u64) -> Fields {
         let stretch = self.life.iter().rfind(|stretch| stretch.from <= drive);
         stretch.map(|stretch| stretch.set.clone()).unwrap_or_default()
     }
 }
 
-/// Why a map's lives are none; nothing of a map without lives, or with good ones.
+/// What a model is and how it learns is the same all life long.
+fn of_the_world(set: &Fields, _: &()) -> garde::Result {
+    let parts = ["world.", "robot.", "sensors."];
+    match set.keys().find(|field| !parts.iter().any(|part| field.starts_with(part))) {
+        Some(field) => {
+            Err(garde::Error::new(format!("{field}: expected fields of world, robot and sensors alone")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Why there are no such lives; `None` of a map whose lives are good, or that has none.
 pub fn what_is_wrong(map: &MapFile, seeds: &[Seed]) -> Option<String> {
-    let lives = || map.panels.iter().filter(|panel| !panel.life.is_empty());
+    let last = map.across.over.len() as u64;
     if !map.across.is_of_drives() {
-        let lived = lives().next()?;
-        let name = &lived.name;
+        let Panel { name, .. } = map.panels.iter().find(|panel| !panel.life.is_empty() || panel.alone)?;
         return Some(format!(
-            "panel {name} has a life: drives follow each other across {{ field: {DRIVE}, over: [1, 2, ..] }}"
+            "panel {name} has a life, or is alone: drives follow each other across {{ field: {DRIVE}, over: [1, 2, ..] }}"
         ));
     }
-    let drives = map.across.over.iter().map(serde_json::Value::as_u64);
-    if !drives.eq((1..=map.across.over.len() as u64).map(Some)) {
+    if !map.across.over.iter().map(serde_json::Value::as_u64).eq((1..=last).map(Some)) {
         return Some(format!("across {DRIVE}: expected the numbers 1, 2, 3 and so on"));
     }
     for Panel { name, life, .. } in &map.panels {
         let starts = life.iter().map(|stretch| stretch.from);
-        if life.first().is_none_or(|first| first.from != 1) || !starts.is_sorted_by(|a, b| a < b) {
+        if life.first().is_none_or(|first| first.from != 1)
+            || !starts.clone().is_sorted_by(|a, b| a < b)
+            || starts.clone().any(|from| from > last)
+        {
             return Some(format!(
-                "panel {name}: expected a life whose stretches begin at drive 1 and at later ones"
+                "panel {name}: expected the `life` of a map, whose stretches begin at drive 1 and at later ones up to {last}"
             ));
         }
     }

@@ -114,7 +114,9 @@ pub struct Panel {
 }
 
 /// The scores of each cell.
-pub const COLUMNS: [Metric; 5] =
+const COLUMNS: [Metric; 4] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose];
+/// Likewise, of drives of lives.
+const COLUMNS_OF_DRIVES: [Metric; 5] =
     [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose, Metric::PrequentialGain];
 
 impl MapFile {
@@ -163,6 +165,11 @@ impl MapFile {
     pub fn hash(&self, scene_hash: &str) -> Result<String, serde_json::Error> {
         let anywhere = Self { scene: PathBuf::new(), ..self.clone() };
         super::hash(&(&anywhere, scene_hash))
+    }
+
+    /// The scores of its cells.
+    pub fn columns(&self) -> &'static [Metric] {
+        if self.across.is_of_drives() { &COLUMNS_OF_DRIVES } else { &COLUMNS }
     }
 
     /// What runs in a panel's cells.

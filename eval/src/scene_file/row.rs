@@ -197,6 +197,11 @@ impl Row {
         self == Row::DecoderTaught
     }
 
+    /// Whether it reads crops by a model, and nothing else that would have to be made first.
+    pub fn is_by_model_alone(self) -> bool {
+        !(self.reads_truth() || self.has_process() || self.learns_layer())
+    }
+
     /// Whether it goes on from what drives before taught.
     pub fn learns(self) -> bool {
         matches!(self, Row::NoiseRefitted | Row::DomainAdapted | Row::DecoderAdapted | Row::DecoderTaught)

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! E:  A = sum_k sum_v w phi phi^T / K,   B = sum_k sum_v w (m(z) - W_0 phi) phi^T / K
-//! M:  W - W_0 = B (A + R)^-1,            R = n mean phi phi^T of replayed views
+//! M:  W - W_0 = B (A + R + r I)^-1,      R = n mean phi phi^T of replayed views, r a thousandth of its mean diagonal
 //! ```
 //!
 //! which is the mode of a matrix normal whose rows are of the model's noise. Replayed views are of latents drawn from their prior, from the
@@ -16,7 +16,9 @@ use super::{Estimator, Learner, Learnt, Semantic, gain_a_crop};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::lesson::{KEPT, LayerLesson, Lesson};
-use crate::settings::Settings;
+use crate::noise::Kernel;
+use crate::semantics::unless_non_finite;
+use crate::settings::{SemanticSettings, Settings};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use vantage_dataset::{Observations, Seed, Stream};
@@ -76,10 +78,17 @@ impl<'m> DecoderAdapted<'m> {
         observations: &Observations,
     ) -> Result<Option<f64>, EstimateError> {
         if known.is_none() {
-            return Ok(Some(0.0));
+            return Ok(gain_a_crop(by_known, by_known));
         }
         let (frozen, evidence) = self.evidenced(None, observations)?;
         Ok(gain_a_crop(by_known, (&frozen, evidence)))
+    }
+
+    /// The features of a view, and what the layer that training left does not tell of it.
+    fn read(&self, view: &SeenView) -> Result<(DVector<f64>, DVector<f64>), AnswerError> {
+        let phi = self.layer.features(&view.latent, &view.viewpoint)?;
+        let predicted = self.layer.model().predict(&view.latent, &view.viewpoint)?;
+        Ok((phi, &view.measurement - predicted))
     }
 
     /// What was known `before`, with what was seen of a drive.
@@ -96,8 +105,7 @@ impl<'m> DecoderAdapted<'m> {
             None => (DMatrix::zeros(features, features), DMatrix::zeros(first.measurement.len(), features)),
         };
         for view in seen {
-            let phi = self.layer.features(&view.latent, &view.viewpoint)?;
-            let residual = &view.measurement - self.layer.model().predict(&view.latent, &view.viewpoint)?;
+            let Some((phi, residual)) = unless_non_finite(self.read(view))? else { continue };
             information.ger(view.weight, &phi, &phi, 1.0);
             moment.ger(view.weight, &residual, &phi, 1.0);
         }
@@ -105,7 +113,7 @@ impl<'m> DecoderAdapted<'m> {
         for _ in 0..REPLAYED {
             let latent = DVector::from_fn(first.latent.len(), |_, _| random.normal());
             let viewpoint = seen[random.below(seen.len())].viewpoint.turned(random.uniform(0.0, TAU));
-            let phi = self.layer.features(&latent, &viewpoint)?;
+            let Some(phi) = unless_non_finite(self.layer.features(&latent, &viewpoint))? else { continue };
             prior.ger(REPLAY_COUNT / REPLAYED as f64, &phi, &phi, 1.0);
         }
         let ridge = RIDGE * prior.trace() / features as f64;
@@ -115,6 +123,13 @@ impl<'m> DecoderAdapted<'m> {
         let is_finite = change.iter().all(|x| x.is_finite());
         Ok(is_finite.then_some(LayerLesson { information, moment, change }))
     }
+}
+
+/// Of draws and replay: another one on every drive.
+fn stream(observations: &Observations) -> Stream {
+    let sides = observations.detections.iter().flat_map(|of| [of.bounding_box.min.x, of.bounding_box.max.y]);
+    let drive = sides.fold(0u64, |drive, side| drive.rotate_left(7) ^ side.to_bits());
+    Seed(0).stream("decoder", drive)
 }
 
 impl Estimator for DecoderAdapted<'_> {
@@ -127,7 +142,7 @@ impl Estimator for DecoderAdapted<'_> {
 impl Learner for DecoderAdapted<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
         let known = before.decoder.as_ref();
-        let mut random = Seed(0).stream("decoder adapted", observations.detections.len() as u64);
+        let mut random = stream(observations);
         let (mut estimate, evidence, mut seen) =
             self.by(known.map(|of| &of.change), observations, &mut random)?;
         let gain = self.gain(known, (&estimate, evidence), observations)?;
@@ -158,20 +173,37 @@ impl<'m> DecoderTaught<'m> {
     }
 }
 
+impl DecoderTaught<'_> {
+    /// Of a crop, as its factor has it under what is known.
+    fn weight(&self, view: &SeenView, known: Option<&LayerLesson>) -> Result<f64, AnswerError> {
+        let Some((phi, residual)) = unless_non_finite(self.of.read(view))? else { return Ok(0.0) };
+        let SemanticSettings { noise_scale, information_scale, .. } = self.of.settings.semantics;
+        let noise = self.of.layer.model().noise();
+        let residual = known.map_or_else(|| residual.clone(), |of| &residual - &of.change * &phi);
+        let whitened = noise.sqrt_information() * residual / noise_scale;
+        let kernel = Kernel::of_degrees_of_freedom(noise.degrees_of_freedom());
+        Ok(information_scale * kernel.weight(whitened.norm_squared(), whitened.len()))
+    }
+}
+
 impl Estimator for DecoderTaught<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
-        Ok(self.learn(observations, &Lesson::default())?.estimate)
+        Semantic::new(&self.of.settings, self.of.layer.model()).estimate(observations)
     }
 }
 
 impl Learner for DecoderTaught<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
         let known = before.decoder.as_ref();
-        let mut random = Seed(0).stream("decoder taught", observations.detections.len() as u64);
+        let mut random = stream(observations);
         let change = known.map(|of| &of.change);
         let (estimate, evidence) = self.of.evidenced(change, observations)?;
         let gain = self.of.gain(known, (&estimate, evidence), observations)?;
-        let learnt = self.of.lesson(known, self.seen, &mut random)?;
+        let mut seen = self.seen.to_vec();
+        for view in &mut seen {
+            view.weight *= self.weight(view, known)?;
+        }
+        let learnt = self.of.lesson(known, &seen, &mut random)?;
         let lesson = Lesson { decoder: learnt.or_else(|| known.cloned()), ..before.clone() };
         Ok(Learnt { estimate, lesson, gain })
     }

@@ -28,7 +28,7 @@ impl<'m> DomainAdapted<'m> {
 
 impl Estimator for DomainAdapted<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
-        Ok(self.learn(observations, &Lesson::default())?.estimate)
+        Semantic::new(&self.settings, self.model).in_domain(self.prior()).estimate(observations)
     }
 }
 

@@ -31,6 +31,7 @@ use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::lesson::Lesson;
 use crate::online::Online;
+use crate::solve::Outcome;
 use vantage_dataset::{Camera, Observations, Pose};
 
 /// P(X, O, E | H) of an episode, by some of its factors.
@@ -55,7 +56,8 @@ pub struct Learnt {
     /// What is known after it.
     pub lesson: Lesson,
     /// `log p(Z | before) - log p(Z | the model as it was trained)` of all crops that are read, nats a crop: how much better they were known
-    /// before they were seen, by Laplace's method. `None` where either is not defined, or they read other crops.
+    /// before they were seen, by Laplace's method. `None` where no crop is read, either evidence is not defined or is of no maximum, or
+    /// they are of another number of crops of an object.
     pub gain: Option<f64>,
 }
 
@@ -65,16 +67,18 @@ pub trait Learner: Estimator {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError>;
 }
 
-/// Crops that were read.
-fn crops_read(estimate: &Estimate) -> usize {
-    estimate.objects.iter().flatten().map(|object| object.semantic_views).sum()
-}
-
 /// The log-evidence of one way to read a drive's crops over that of another, nats a crop.
 fn gain_a_crop(own: (&Estimate, Option<f64>), other: (&Estimate, Option<f64>)) -> Option<f64> {
-    let crops = crops_read(own.0);
-    if crops == 0 || crops != crops_read(other.0) {
-        return None;
-    }
-    Some((own.1? - other.1?) / crops as f64)
+    let read = |estimate: &Estimate| -> Vec<usize> {
+        estimate.objects.iter().map(|object| object.as_ref().map_or(0, |of| of.semantic_views)).collect()
+    };
+    let (of_own, of_other) = (read(own.0), read(other.0));
+    let crops: usize = of_own.iter().sum();
+    let is_defined = crops > 0 && of_own == of_other && is_at_maximum(own.0) && is_at_maximum(other.0);
+    is_defined.then_some((own.1? - other.1?) / crops as f64)
+}
+
+/// Whether the solver came to a maximum, near which a posterior is what it is taken for.
+fn is_at_maximum(estimate: &Estimate) -> bool {
+    matches!(estimate.outcome, Outcome::Converged | Outcome::Stalled)
 }

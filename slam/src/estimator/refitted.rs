@@ -1,7 +1,7 @@
 //! P(X, O, E | U, Z^g, Z^s), with the noise of crops and the model's discrepancy refitted on the run itself: no prediction is changed,
 //! only how far it is trusted. What learning while localising has to beat.
 
-use super::{Estimator, Learner, Learnt, Semantic, gain_a_crop};
+use super::{Estimator, Learner, Learnt, Semantic, gain_a_crop, is_at_maximum};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::lesson::{DISCREPANCIES, Lesson, NoiseOdds, SPREADS};
@@ -34,7 +34,7 @@ impl Estimator for Refitted<'_> {
     }
 }
 
-/// By the evidences of all drives so far, those of older ones counting less.
+/// By the evidences of all drives so far, those of older ones counting less. Odds of the discrepancy are under the noise of their drive.
 impl Learner for Refitted<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
         let told = self.settings.semantics;
@@ -44,17 +44,15 @@ impl Learner for Refitted<'_> {
         };
         let (refit, estimate) = most_probable(told, &before.noise, by)?;
         let known = known_before(told, &before.noise);
-        let gain = if known == told {
-            Some(0.0)
+        let own = if known == told {
+            (None, refit.told)
         } else {
-            let (own, frozen) = (by(&known)?, by(&told)?);
-            gain_a_crop((&own.0, own.1), (&frozen.0, frozen.1))
+            by(&known).map(|(own, evidence)| (Some(own), evidence))?
         };
-        Ok(Learnt {
-            estimate,
-            lesson: Lesson { noise: before.noise.after(&refit.odds), ..before.clone() },
-            gain,
-        })
+        let gain = gain_a_crop((own.0.as_ref().unwrap_or(&estimate), own.1), (&estimate, refit.told));
+        // Evidences about no maximum say nothing that a later drive should hear.
+        let odds = if is_at_maximum(&estimate) { refit.odds } else { NoiseOdds::default() };
+        Ok(Learnt { estimate, lesson: Lesson { noise: before.noise.after(&odds), ..before.clone() }, gain })
     }
 }
 
@@ -85,6 +83,8 @@ pub(super) struct Refit {
     pub(super) semantics: SemanticSettings,
     /// What this drive says of all that were tried.
     odds: NoiseOdds,
+    /// The log-evidence of what was told.
+    told: Option<f64>,
 }
 
 /// What was made by a way to read crops, and the evidence of it.
@@ -98,20 +98,21 @@ pub(super) fn most_probable<T>(
     mut by: impl FnMut(&SemanticSettings) -> Result<Tried<T>, EstimateError>,
 ) -> Result<(Refit, T), EstimateError> {
     let first = by(&told)?;
+    let of_told = first.1;
     let (semantics, best, of_spread) =
         best_of(SPREAD.map(|factor| with_spread(told, factor)), first, &before.spread, &mut by)?;
     let mut odds = NoiseOdds { spread: of_spread, ..NoiseOdds::default() };
     if semantics.azimuth_discrepancy.is_none() {
-        return Ok((Refit { semantics, odds }, best.0));
+        return Ok((Refit { semantics, odds, told: of_told }, best.0));
     }
     let ways = DISCREPANCY.map(|factor| with_discrepancy(semantics, factor));
     let (semantics, best, of_discrepancy) = best_of(ways, best, &before.discrepancy, &mut by)?;
     odds.discrepancy = of_discrepancy;
-    Ok((Refit { semantics, odds }, best.0))
+    Ok((Refit { semantics, odds, told: of_told }, best.0))
 }
 
 /// The most probable of several ways to read crops, of which the first was tried, with the log-odds of `before`; and the log-odds of each
-/// over the first by this drive alone. What has no evidence never is it, but the first where none has.
+/// over the first by this drive alone, 0 where either has none. What has no evidence never is it, but the first where none has.
 fn best_of<T, const N: usize>(
     ways: [SemanticSettings; N],
     first: Tried<T>,

@@ -63,6 +63,13 @@ impl<'m> Semantic<'m> {
         Self { hidden: hidden.clone(), ..self }
     }
 
+    /// The domain's prior, where it is not that of a first drive.
+    fn prior(&self) -> Option<GaussianPrior> {
+        let dim = self.domain.as_ref()?.dim();
+        let belief = self.belief.as_ref().filter(|belief| belief.mean.len() == dim)?;
+        GaussianPrior::new(Key::Domain, belief)
+    }
+
     /// The model with its discrepancy.
     fn reader(&self) -> &dyn ObservationModel {
         self.discrepant.as_ref().map_or(self.model, |model| model)
@@ -102,9 +109,9 @@ impl Semantic<'_> {
         let is_at_maximum = matches!(posterior.solution.outcome, Outcome::Converged | Outcome::Stalled);
         let belief = posterior.domain().filter(|_| is_at_maximum);
         let dim = self.domain.as_ref().map_or(0, Domain::dim) as f64;
-        let log_det = self.belief.as_ref().map_or(Some(0.0), DomainBelief::log_det);
-        let evidence = self.evidence_of(&posterior, &added).zip(log_det);
-        let evidence = evidence.map(|(evidence, log_det)| evidence - (dim * libm::log(TAU) + log_det) / 2.0);
+        let log_det = self.prior().map_or(0.0, |prior| -2.0 * prior.log_det_sqrt_information());
+        let evidence = self.evidence_of(&posterior, &added);
+        let evidence = evidence.map(|evidence| evidence - (dim * libm::log(TAU) + log_det) / 2.0);
         Ok((self.told(posterior, &added, observations), evidence, belief))
     }
 
@@ -181,8 +188,7 @@ impl Semantic<'_> {
         let problem = self.geometric.problem(observations);
         let domain = self.domain.as_ref();
         if let Some(domain) = domain {
-            let belief = self.belief.as_ref().filter(|belief| belief.mean.len() == domain.dim());
-            let prior = belief.and_then(|belief| GaussianPrior::new(Key::Domain, belief));
+            let prior = self.prior();
             let start = match &prior {
                 Some(prior) => prior.mean().clone(),
                 None => DVector::zeros(domain.dim()),

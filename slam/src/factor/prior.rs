@@ -93,6 +93,11 @@ impl GaussianPrior {
         Some(Self { keys: [key], mean: mean.clone(), sqrt_information })
     }
 
+    /// `log det L^-1`.
+    pub fn log_det_sqrt_information(&self) -> f64 {
+        self.sqrt_information.diagonal().iter().map(|x| libm::log(*x)).sum()
+    }
+
     /// Its mean.
     pub fn mean(&self) -> &DVector<f64> {
         &self.mean

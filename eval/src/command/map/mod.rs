@@ -23,7 +23,7 @@ use crate::result::results_file::{FILE_NAME, Results};
 use crate::result::standing::Standing;
 use crate::result::table::Table;
 use crate::scene_file::life::what_is_wrong;
-use crate::scene_file::map::{COLUMNS, MapFile};
+use crate::scene_file::map::MapFile;
 use crate::scene_file::row::Row;
 use crate::scene_file::vary::VaryError;
 use crate::scene_file::{self, SceneFile};
@@ -156,8 +156,17 @@ fn make_part(source: &Source, making: &MakingArgs, seeds: Option<u64>, part: Par
         for Planned { drive, passes, .. } in sequence {
             let (path, cache, renderer) =
                 (source.scene_path.as_path(), making.cache.as_path(), making.renderer.into());
-            let of_drive =
-                Cell { passes, path, cache, renderer, seeds: &seeds, drive: *drive, progress: &progress };
+            let columns = source.map.columns();
+            let of_drive = Cell {
+                passes,
+                path,
+                cache,
+                renderer,
+                seeds: &seeds,
+                drive: *drive,
+                columns,
+                progress: &progress,
+            };
             before = cell(&of_drive, &before)?.lessons;
             stage.advance(1);
         }
@@ -191,30 +200,29 @@ fn make(
         renderer: making.renderer.into(),
         seeds: &seeds,
         drive: None,
+        columns: map.columns(),
         progress: &of_cells,
     };
     each_row_once(&source.path, sequences.iter().flatten(), as_cell)?;
     let stage = progress.stage("cells", sequences.iter().map(Vec::len).sum::<usize>() as u64);
     let (mut tables, mut seals) = (Vec::new(), blake3::Hasher::new());
-    let in_sequences = sequences.iter().flat_map(|of| of.iter().enumerate());
-    let mut before = Lessons::new();
-    for (at, Planned { name, drive, passes }) in in_sequences {
-        let started = Instant::now();
-        if at == 0 {
-            before = Lessons::new();
+    for sequence in &sequences {
+        let mut before = Lessons::new();
+        for Planned { name, drive, passes } in sequence {
+            let started = Instant::now();
+            let made = cell(&Cell { drive: *drive, ..as_cell(passes) }, &before)?;
+            before = made.lessons;
+            let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
+            let reference = Row::Geometric.to_string();
+            tables.push(Table::new(name, &methods, Some(&reference), map.columns(), &seeds, made.runs)?);
+            for seal in &made.seals {
+                seals.update(seal.as_bytes());
+            }
+            manifest.model_hashes.extend(made.models);
+            manifest.renderer = Renderer::from(&made.renderer);
+            manifest.took(name, started.elapsed());
+            stage.advance(1);
         }
-        let made = cell(&Cell { drive: *drive, ..as_cell(passes) }, &before)?;
-        before = made.lessons;
-        let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
-        let reference = Row::Geometric.to_string();
-        tables.push(Table::new(name, &methods, Some(&reference), &COLUMNS, &seeds, made.runs)?);
-        for seal in &made.seals {
-            seals.update(seal.as_bytes());
-        }
-        manifest.model_hashes.extend(made.models);
-        manifest.renderer = Renderer::from(&made.renderer);
-        manifest.took(name, started.elapsed());
-        stage.advance(1);
     }
     drop(stage);
     manifest.dataset_hash = Some(seals.finalize().to_hex().to_string());

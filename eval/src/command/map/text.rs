@@ -98,6 +98,12 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
     if !panel.set.is_empty() {
         text += &format!("\n{}\n", fields(&panel.set));
     }
+    for stretch in panel.life.iter().filter(|stretch| !stretch.set.is_empty()) {
+        text += &format!("\nFrom drive {}: {}\n", stretch.from, fields(&stretch.set));
+    }
+    if let Some(last) = panel.life.last().filter(|last| last.set.is_empty() && last.from > 1) {
+        text += &format!("\nFrom drive {}: as at first\n", last.from);
+    }
     for estimates in panel.estimates.as_ref().unwrap_or(&map.estimates) {
         if !estimates.set.is_empty() {
             let rows: Vec<String> = estimates.rows.iter().map(Row::to_string).collect();
@@ -112,11 +118,8 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         std::iter::once(first.to_owned()).chain(values).collect()
     };
     let methods = first.methods();
-    for metric in [Metric::Ate, Metric::NeesPose, Metric::PrequentialGain] {
-        let any = tables.iter().flat_map(|table| table.runs()).any(|run| run.scores.contains_key(&metric));
-        if metric == Metric::PrequentialGain && !any {
-            continue;
-        }
+    let of_means = [Metric::Ate, Metric::NeesPose, Metric::PrequentialGain];
+    for metric in of_means.into_iter().filter(|metric| map.columns().contains(metric)) {
         let row = |method: &String| {
             let cells =
                 tables.iter().map(|table| mean(metric, table.cell(method, metric).mean, table.seeds().len()));

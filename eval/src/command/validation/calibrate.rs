@@ -98,7 +98,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         settings.semantics.information_scale = scale;
         rows.push(row(&scale.to_string(), &of(&Semantic::new(&settings, loaded.viewing()))?)?);
     }
-    let of_crops = |row: &&Row| !Row::DEFAULT.contains(row) && !row.reads_truth();
+    let of_crops = |row: &&Row| !Row::DEFAULT.contains(row) && row.is_by_model_alone();
     let rivals = || pipeline.file.estimator.rows.iter().filter(of_crops);
     for &rival in rivals() {
         for scale in SCALES {
