@@ -166,11 +166,13 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
     assert_eq!(fs::read(place.join("results.json")).unwrap(), before);
 
     for (from, to, said) in [
-        ("over: [1, 2]", "over: [1, 3]", "1, 2, 3 and so on"),
+        ("over: [1, 2]", "over: [1, 2, 4]", "1, 2, 3 and so on"),
+        ("{ from: 2, set: { world.objects: 2 } }", "{ from: 3 }", "up to 2"),
+        ("{ from: 1 }", "{ from: 1, set: { estimator.tolerance: 1e-5 } }", "world, robot and sensors"),
         ("life: [{ from: 1 }, { from: 2,", "life: [{ from: 2,", "begin at drive 1"),
         ("field: drive, over: [1, 2]", "field: robot.laps, over: [1, 2]", "has a life"),
         ("seeds: [5, 6]", "seeds: [5, 1000]", "seed 1000"),
     ] {
-        run(&scene, &lives.replacen(from, to, 1), &[]).expect(2, &["map.yaml", said]);
+        run(&scene, &lives.replacen(from, to, 1), &["--replace"]).expect(2, &["map.yaml", said]);
     }
 }
