@@ -39,7 +39,7 @@ pub trait Estimator: Sync {
     /// The posterior's maximum and its marginals.
     ///
     /// Bad input and a model that does not fit are errors; a problem that has no good answer (nothing observed,
-    /// under-constrained, diverged) is an [`Outcome`](crate::Outcome) with the best values there are.
+    /// under-constrained, diverged) is an [`Outcome`] with the best values there are.
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError>;
 
     /// The same posterior after every step of a robot with a camera, from nothing observed yet; `None` of an estimator that only takes
