@@ -30,6 +30,7 @@ const STAGES: [(&str, &[&str]); 5] = [
             "learn/src",
             "slam/src",
             "eval/src/pipeline/azimuth_sensor.rs",
+            "eval/src/pipeline/estimates",
             "eval/src/pipeline/estimates.rs",
             "eval/src/pipeline/true_views.rs",
             "eval/src/result/run.rs",

@@ -98,11 +98,10 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
     if !panel.set.is_empty() {
         text += &format!("\n{}\n", fields(&panel.set));
     }
-    for stretch in panel.life.iter().filter(|stretch| !stretch.set.is_empty()) {
-        text += &format!("\nFrom drive {}: {}\n", stretch.from, fields(&stretch.set));
-    }
-    if let Some(last) = panel.life.last().filter(|last| last.set.is_empty() && last.from > 1) {
-        text += &format!("\nFrom drive {}: as at first\n", last.from);
+    for stretch in panel.life.iter().filter(|stretch| stretch.from > 1 || !stretch.set.is_empty()) {
+        let set =
+            if stretch.set.is_empty() { "the panel's own fields".to_owned() } else { fields(&stretch.set) };
+        text += &format!("\nFrom drive {}: {set}\n", stretch.from);
     }
     for estimates in panel.estimates.as_ref().unwrap_or(&map.estimates) {
         if !estimates.set.is_empty() {
