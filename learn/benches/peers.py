@@ -213,9 +213,9 @@ def compare(speed, model, batched, rounds):
         ):
             mine = lines([speed, *command], 1)
             theirs = lines([sys.executable, __file__, "onnxruntime", str(graphs)], 1)
-            for graph, microseconds in mine.items():
-                ours[f"{graph} | {batch}"].append(microseconds)
-                peers[f"{graph} | {batch}"].append(theirs[graph])
+            for graph, microseconds in theirs.items():
+                ours[f"{graph} | {batch}"].append(mine[graph])
+                peers[f"{graph} | {batch}"].append(microseconds)
     for what, mine in ours.items():
         paired[what] = [a / b for a, b in zip(mine, peers[what])]
 

@@ -8,6 +8,7 @@
 mod synthetic;
 
 use mimalloc::MiMalloc;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -77,7 +78,16 @@ fn ran(model: &Path) -> Result<(), Box<dyn std::error::Error>> {
             .mean;
     let report = |name: &str, microseconds: f64| println!("{name} {microseconds:.2}");
     report("measurement", microseconds(|| model.measure(&view.crop).map(drop))?);
-    report("encoder", microseconds(|| model.encode(&view.crop, &view.viewpoint).map(drop))?);
+    // An encoder keeps what it made of the last crops.
+    let calls = Cell::new(0u16);
+    let another = || {
+        let mut crop = view.crop.clone();
+        crop.0[..2].copy_from_slice(&calls.replace(calls.get() + 1).to_le_bytes());
+        crop
+    };
+    report("encoder", microseconds(|| model.encode(&another(), &view.viewpoint).map(drop))?);
+    let turned = || view.viewpoint.turned(f64::from(calls.replace(calls.get() + 1)));
+    report("encoder_from_elsewhere", microseconds(|| model.encode(&view.crop, &turned()).map(drop))?);
     report("decoder", microseconds(|| model.decode(&latent, &x).map(drop))?);
     report("decoder_jacobian", microseconds(|| model.decode_linear(&latent, &x).map(drop))?);
     report("image", microseconds(|| model.decode_image(&latent, &x).map(drop))?);

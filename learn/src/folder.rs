@@ -10,12 +10,16 @@ use crate::residual::ResidualNoise;
 use crate::role::Role;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZero;
 use std::path::Path;
+use std::thread::available_parallelism;
 use vantage_dataset::InstanceId;
 use vantage_model::LatentGaussian;
 
 /// Bytes of the largest file read from a model folder.
 pub const LARGEST_FILE: u64 = 256 << 20;
+/// Crops of which the encoder keeps what depends on them alone, for each thread: a search for an orientation asks for so many in turn.
+const ENCODINGS_KEPT: usize = 16;
 
 /// What every kind of model is made of: its manifest, and its graphs, checked and ready to run.
 pub(crate) struct ModelFolder {
@@ -35,13 +39,15 @@ impl ModelFolder {
         let bytes = read(&path, LARGEST_FILE)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
         let manifest = Manifest::parse(&path, &bytes)?;
+        let threads = available_parallelism().map_or(1, NonZero::get);
         let mut graphs = BTreeMap::new();
         for (&role, record) in &manifest.graphs {
             let path = folder.join(&record.file);
             let bytes = read(&path, LARGEST_FILE)?;
             let signature = manifest.kind.signature(role, manifest.sizes());
             let signature = signature.ok_or(ModelError::Absent { role })?;
-            let graph = Graph::from_bytes(&bytes, &signature);
+            let most_kept = if role == Role::Encoder { ENCODINGS_KEPT * threads } else { 0 };
+            let graph = Graph::from_bytes(&bytes, &signature).map(|graph| graph.keeping(most_kept));
             // The hash is checked last, so that a damaged file is named by its damage where that can be told.
             graphs.insert(role, graph.map_err(|source| ModelError::Graph { path: path.clone(), source })?);
             check_hash(&path, &bytes, &record.sha256)?;
@@ -89,11 +95,12 @@ impl ModelFolder {
         graph.read(&inputs, read).map_err(|source| ModelError::Run { role, source })
     }
 
-    /// Runs a graph on its canary's input, as often as anyone likes.
+    /// Runs a graph on its canary's input, as often as anyone likes, and each time as if for the first.
     pub(crate) fn replay(&self, role: Role) -> Result<(), ModelError> {
         let graph = self.graphs.get(&role).ok_or(ModelError::Absent { role })?;
         let case = self.canary.cases.iter().find(|case| case.role == role);
         let inputs: Vec<_> = case.iter().flat_map(|case| &case.inputs).map(Vec::as_slice).collect();
+        graph.forget();
         graph.run(&inputs).map_err(|source| ModelError::Run { role, source })?;
         Ok(())
     }

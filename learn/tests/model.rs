@@ -134,6 +134,19 @@ fn turning_the_viewpoint_turns_what_is_encoded() {
 }
 
 #[test]
+fn an_encoding_does_not_depend_on_what_was_encoded_before() {
+    let model = model();
+    let views = &validation_views().views[..5];
+    for angle in [0.0, 0.4, 2.0] {
+        for view in views {
+            let from = view.viewpoint.turned(angle);
+            let alone = viewpoint_model(&tiny_model()).encode(&view.crop, &from).unwrap();
+            assert_eq!(model.encode(&view.crop, &from).unwrap(), alone, "{angle}");
+        }
+    }
+}
+
+#[test]
 fn noise_latent_and_identity_are_told() {
     let model = model();
     assert_eq!(model.noise().dimension(), 6);

@@ -165,6 +165,21 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
     run(&scene, &lives, &[]).expect(0, &[]);
     assert_eq!(fs::read(place.join("results.json")).unwrap(), before);
 
+    let path = |name: &str| scene.path(name).to_string_lossy().into_owned();
+    let (plan, map, cache, merged) = (path("plan"), path("map.yaml"), path("shared"), path("merged"));
+    let sweep = |args: &[&str]| Finished::of(bench().arg("sweep").args(args));
+    let command = ["map", &map, "--renderer", "reference", "--cache", &cache, "--out", &merged];
+    sweep(&[&["plan", "--tasks", "3", "--out", &plan, "--"], &command[..]].concat()).expect(0, &[]);
+    let drives = || fs::read_dir(scene.path("shared/entries/drive")).unwrap().count();
+    sweep(&["run", &plan, "--index", "0"]).expect(0, &[]);
+    let of_one_life = drives();
+    sweep(&["run", &plan, "--index", "1"]).expect(0, &[]);
+    assert_eq!(drives(), 2 * of_one_life, "a task has a life");
+    sweep(&["run", &plan, "--index", "2"]).expect(0, &[]);
+    sweep(&["merge", &plan]).expect(0, &[]);
+    assert_eq!(drives(), 2 * of_one_life, "nothing is estimated again");
+    assert_eq!(fs::read(scene.path("merged/maps/little/results.json")).unwrap(), before);
+
     for (from, to, said) in [
         ("over: [1, 2]", "over: [1, 2, 4]", "1, 2, 3 and so on"),
         ("{ from: 2, set: { world.objects: 2 } }", "{ from: 3 }", "up to 2"),

@@ -1,5 +1,6 @@
 //! An ideal sensor of the azimuth from which an object is seen: what a model could at best be worth.
 
+use super::true_views::true_viewpoint;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 use vantage_dataset::viewpoint::CONDITIONING;
@@ -24,10 +25,7 @@ impl AzimuthSensor {
         let mut by_crop = HashMap::new();
         for (number, detection) in observations.detections.iter().enumerate() {
             // What the detector sees where there is nothing has no azimuth.
-            let Some(object) = truth.shown(number, detection) else { continue };
-            let world_from_camera = truth.world_from_robot[detection.step] * observations.robot_from_camera;
-            let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
-            if let Some(viewpoint) = Viewpoint::new(&object_from_camera, object.size) {
+            if let Some((_, viewpoint)) = true_viewpoint(observations, truth, number) {
                 let azimuth = viewpoint.azimuth() + sigma * stream.normal();
                 let (sin, cos) = libm::sincos(azimuth);
                 by_crop.insert(detection.masked_crop.0.to_vec(), DVector::from_vec(vec![cos, sin]));

@@ -57,6 +57,7 @@ pub use study::{
 pub use tables::{Tables, online_table, tables};
 #[cfg(feature = "train")]
 pub use training::{train, train_on};
+pub use true_views::true_viewpoint;
 pub use unseen::{ScoredViews, embedded, imported_views, test_views, unseen};
 pub use vantage_sim::render::choice::RendererChoice;
 pub use views::{VIEW_CONDITIONS, views};

@@ -10,6 +10,7 @@ mod infer;
 #[cfg(target_arch = "x86_64")]
 mod kernels;
 pub(crate) mod last_layer;
+mod memory;
 #[cfg(target_arch = "x86_64")]
 mod routines;
 

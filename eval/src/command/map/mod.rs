@@ -149,7 +149,15 @@ fn each_row_once<'a>(
 fn make_part(source: &Source, making: &MakingArgs, seeds: Option<u64>, part: Part) -> Result<(), BenchError> {
     let seeds = source.seeds(seeds);
     let progress = Progress::notes_once();
-    let sequences = part.of(source.sequences(&seeds)?);
+    let sequences = source.sequences(&seeds)?;
+    // Drives follow each other, and lives do not.
+    let (sequences, seeds) = match source.map.across.is_of_drives() {
+        true => (sequences, part.of(seeds)),
+        false => (part.of(sequences), seeds),
+    };
+    if seeds.is_empty() {
+        return Ok(());
+    }
     let stage = Progress::detect().stage("cells", sequences.iter().map(Vec::len).sum::<usize>() as u64);
     for sequence in &sequences {
         let mut before = Lessons::new();

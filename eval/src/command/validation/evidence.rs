@@ -1,6 +1,7 @@
 //! How probable validation crops are at their true viewpoints, by a model and a discrepancy: what fits the discrepancy.
 
 use super::Trial;
+use crate::pipeline::true_viewpoint;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use vantage_dataset::Viewpoint;
@@ -33,13 +34,10 @@ impl TrueViews {
         let (mut views, mut read) = (Vec::new(), Vec::new());
         let detections = observations.detections.iter().enumerate();
         for (number, detection) in detections.filter(|(_, detection)| detection.track == track) {
-            let Some(object) = truth.shown(number, detection) else { continue };
             if detection.bounding_box.is_truncated(&observations.camera) {
                 continue;
             }
-            let world_from_camera = truth.world_from_robot[detection.step] * observations.robot_from_camera;
-            let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
-            let Some(viewpoint) = Viewpoint::new(&object_from_camera, object.size) else { continue };
+            let Some((_, viewpoint)) = true_viewpoint(observations, truth, number) else { continue };
             let crop = &detection.masked_crop;
             let (Ok(measured), Ok(encoded)) = (model.measure(crop), model.encode(crop, &viewpoint)) else {
                 continue;
