@@ -20,6 +20,8 @@ use vantage_model::LatentGaussian;
 pub const LARGEST_FILE: u64 = 256 << 20;
 /// Crops of which the encoder keeps what depends on them alone, for each thread: a search for an orientation asks for so many in turn.
 const ENCODINGS_KEPT: usize = 16;
+/// The same, for all threads.
+const MOST_ENCODINGS_KEPT: usize = 256;
 
 /// What every kind of model is made of: its manifest, and its graphs, checked and ready to run.
 pub(crate) struct ModelFolder {
@@ -46,8 +48,10 @@ impl ModelFolder {
             let bytes = read(&path, LARGEST_FILE)?;
             let signature = manifest.kind.signature(role, manifest.sizes());
             let signature = signature.ok_or(ModelError::Absent { role })?;
-            let most_kept = if role == Role::Encoder { ENCODINGS_KEPT * threads } else { 0 };
-            let graph = Graph::from_bytes(&bytes, &signature).map(|graph| graph.keeping(most_kept));
+            let graph = Graph::from_bytes(&bytes, &signature).map(|graph| match role {
+                Role::Encoder => graph.keeping((ENCODINGS_KEPT * threads).min(MOST_ENCODINGS_KEPT)),
+                _ => graph,
+            });
             // The hash is checked last, so that a damaged file is named by its damage where that can be told.
             graphs.insert(role, graph.map_err(|source| ModelError::Graph { path: path.clone(), source })?);
             check_hash(&path, &bytes, &record.sha256)?;
@@ -198,4 +202,19 @@ pub(crate) fn matrix(rows: usize, numbers: &[f32]) -> DMatrix<f64> {
 /// A view's factor from its mean and log variance.
 pub(crate) fn factor(mean: &[f32], log_variance: &[f32]) -> LatentGaussian {
     LatentGaussian { mean: widened(mean), variance: widened(log_variance).map(f64::exp) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn encoders_of_the_reference_models_keep_what_they_make_of_crops() {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+        for name in ["objects", "predictive", "any"] {
+            let folder = ModelFolder::load(&models.join(name)).unwrap();
+            let keeping = folder.graphs.iter().filter(|(_, graph)| graph.keeps()).map(|(role, _)| *role);
+            assert_eq!(keeping.collect::<Vec<_>>(), [Role::Encoder], "{name}");
+        }
+    }
 }

@@ -27,18 +27,10 @@ const OTHER_WAYS: [&str; 5] = [
 /// A graph of fixed shapes, optimised by tract.
 pub(crate) struct Graph {
     plan: Arc<TypedRunnableModel>,
-    /// What waits for the next run, the last used last.
-    sessions: Mutex<Vec<Session>>,
-    /// First inputs whose runs are kept.
-    most_kept: usize,
+    /// States of tract that wait for the next run; at most as many as ever ran at once.
+    states: Mutex<Vec<TypedSimpleState>>,
+    memory: Option<Memory>,
     signature: Signature,
-}
-
-struct Session {
-    state: TypedSimpleState,
-    /// Of the last run where its like are kept: the first input, and what was made.
-    first: Vec<f32>,
-    memory: Memory,
 }
 
 impl Graph {
@@ -67,20 +59,26 @@ impl Graph {
             Ok((plan, state))
         });
         let (plan, state) = prepared.map_err(refused)?;
-        let sessions = Mutex::new(vec![Session::new(state)]);
-        let graph = Self { plan, sessions, most_kept: 0, signature: signature.clone() };
+        let states = Mutex::new(vec![state]);
+        let graph = Self { plan, states, memory: None, signature: signature.clone() };
         graph.check_shapes()?;
         Ok(graph)
     }
 
-    /// The same graph, which keeps what it made of the last first inputs, so many of them: what depends on one of these alone is not made again.
-    pub(crate) fn keeping(self, most_kept: usize) -> Self {
-        Self { most_kept, ..self }
+    /// The same graph, which keeps what it makes of the last values of its first input, so many.
+    pub(crate) fn keeping(self, most: usize) -> Self {
+        Self { memory: Memory::new(&self.plan, most), ..self }
+    }
+
+    /// Whether it keeps anything.
+    #[cfg(test)]
+    pub(crate) fn keeps(&self) -> bool {
+        self.memory.is_some()
     }
 
     /// Forgets what it keeps.
     pub(crate) fn forget(&self) {
-        self.sessions().iter_mut().for_each(Session::forget);
+        self.memory.iter().for_each(Memory::forget);
     }
 
     /// What goes in and comes out.
@@ -99,7 +97,6 @@ impl Graph {
         inputs: &[&[f32]],
         read: impl FnOnce(&[&[f32]]) -> T,
     ) -> Result<T, GraphError> {
-        let waiting = self.waiting(inputs.first().copied().unwrap_or_default());
         let mut values = tvec!();
         for (spec, &data) in self.signature.inputs.iter().zip(inputs) {
             if !within(data, LARGEST_INPUT) {
@@ -112,16 +109,17 @@ impl Graph {
             })?;
             values.push(tensor.into_tvalue());
         }
+        let kept = self.states().pop();
         let ran = contained(|| {
-            let mut session = waiting.map_or_else(|| self.plan.spawn().map(Session::new), Ok)?;
-            let outputs = match inputs.first() {
-                Some(first) if self.most_kept > 0 => session.run_keeping(first, values)?,
-                _ => session.state.run(values)?,
+            let mut state = kept.map_or_else(|| self.plan.spawn(), Ok)?;
+            let outputs = match &self.memory {
+                Some(memory) => memory.run(&mut state, values)?,
+                None => state.run(values)?,
             };
-            Ok((outputs, session))
+            Ok((outputs, state))
         });
-        let (outputs, session) = ran.map_err(|reason| GraphError::Refused { reason })?;
-        self.sessions().push(session);
+        let (outputs, state) = ran.map_err(|reason| GraphError::Refused { reason })?;
+        self.states().push(state);
         let mut results: TVec<&[f32]> = tvec!();
         for (spec, value) in self.signature.outputs.iter().zip(outputs.iter()) {
             let numbers = value.try_as_plain_ram().and_then(|plain| plain.as_slice::<f32>());
@@ -134,22 +132,8 @@ impl Graph {
         Ok(read(&results))
     }
 
-    fn sessions(&self) -> MutexGuard<'_, Vec<Session>> {
-        self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// A session that had the same first input, or the oldest of enough; `None` where a new one is to be made.
-    fn waiting(&self, first: &[f32]) -> Option<Session> {
-        let mut sessions = self.sessions();
-        if self.most_kept == 0 {
-            return sessions.pop();
-        }
-        // Crops differ in their middle: they have the same background.
-        let (edge, middle) = first.split_at(first.len() / 2);
-        let had = |session: &Session| session.first.ends_with(middle) && session.first.starts_with(edge);
-        let at = sessions.iter().position(had);
-        let oldest = (sessions.len() >= self.most_kept).then_some(0);
-        at.or(oldest).map(|at| sessions.remove(at))
+    fn states(&self) -> MutexGuard<'_, Vec<TypedSimpleState>> {
+        self.states.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The shapes tract infers must be the declared ones, which the check alone cannot know.
@@ -166,23 +150,6 @@ impl Graph {
             }
         }
         Ok(())
-    }
-}
-
-impl Session {
-    fn new(state: TypedSimpleState) -> Self {
-        Self { state, first: Vec::new(), memory: Memory::default() }
-    }
-
-    fn forget(&mut self) {
-        self.first.clear();
-        self.memory = Memory::default();
-    }
-
-    fn run_keeping(&mut self, first: &[f32], inputs: TVec<TValue>) -> TractResult<TVec<TValue>> {
-        self.first.clear();
-        self.first.extend_from_slice(first);
-        self.memory.run(&mut self.state, inputs)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The hyper-parameters that validation objects ask of the Gaussian process over the azimuth.
 
 use super::Trial;
-use vantage_dataset::Viewpoint;
+use crate::pipeline::true_viewpoint;
 use vantage_learn::gaussian_process::Hyperparameters;
 
 /// Those of most marginal likelihood for the trials' objects, and that likelihood's logarithm, nats.
@@ -11,11 +11,7 @@ pub fn hyperparameters(trials: &[Trial]) -> (Hyperparameters, f64) {
             let detections = observations.detections.iter().enumerate();
             let of_track = detections.filter(|(_, detection)| detection.track == track);
             let views = of_track.filter_map(|(number, detection)| {
-                let object = truth.shown(number, detection)?;
-                let world_from_camera =
-                    truth.world_from_robot[detection.step] * observations.robot_from_camera;
-                let object_from_camera = object.world_from_object.inv_mul(&world_from_camera);
-                let viewpoint = Viewpoint::new(&object_from_camera, object.size)?;
+                let (_, viewpoint) = true_viewpoint(observations, truth, number)?;
                 Some((detection.masked_crop.clone(), viewpoint.azimuth()))
             });
             views.collect::<Vec<_>>()
