@@ -1,6 +1,6 @@
 //! The noise of the reduced measurement.
 
-use crate::AnswerError;
+use crate::{AnswerError, student_t};
 use nalgebra::DMatrix;
 
 /// A multivariate Student-t over the residual `r = m(z) - h(e, x_rel)`, of density proportional to
@@ -43,6 +43,12 @@ impl MeasurementNoise {
     pub fn degrees_of_freedom(&self) -> f64 {
         self.degrees_of_freedom
     }
+
+    /// `log p(r = 0)`, nats: what a likelihood needs to be comparable between noises. Minus infinity where `W` is singular.
+    pub fn log_normalizer(&self) -> f64 {
+        let log_det = libm::log(self.sqrt_information.determinant().abs());
+        student_t::log_normalizer(self.dimension(), self.degrees_of_freedom) + log_det
+    }
 }
 
 #[cfg(test)]
@@ -58,5 +64,20 @@ mod tests {
         }
         assert!(MeasurementNoise::new(DMatrix::zeros(2, 3), 4.0).is_err());
         assert!(MeasurementNoise::new(identity * f64::NAN, 4.0).is_err());
+    }
+
+    #[test]
+    fn densities_integrate_to_one_whatever_the_scale_and_the_tails() {
+        for (scale, nu) in [(0.5, 3.0), (2.0, 12.0), (2.0, f64::INFINITY)] {
+            let noise = MeasurementNoise::new(DMatrix::identity(1, 1) * scale, nu).unwrap();
+            let step = 0.01;
+            let density = |i: i32| {
+                let s = (scale * step * f64::from(i)).powi(2);
+                let loss = if nu.is_finite() { student_t::loss(s, 1, nu) } else { s / 2.0 };
+                (noise.log_normalizer() - loss).exp()
+            };
+            let integral: f64 = (-100_000..=100_000).map(|i| density(i) * step).sum();
+            assert!((integral - 1.0).abs() < 1e-5, "{scale}, {nu}: {integral}");
+        }
     }
 }

@@ -101,7 +101,7 @@ impl UnknownObject {
                 + 2.0 * n as f64 * libm::log(root);
         }
         let dim = n * m;
-        let likelihood = log_normaliser(self.degrees_of_freedom, dim)
+        let likelihood = student_t::log_normalizer(dim, self.degrees_of_freedom)
             - log_det / 2.0
             - Kernel::of_degrees_of_freedom(self.degrees_of_freedom).loss(s, dim);
         likelihood.is_finite().then_some(likelihood)
@@ -142,7 +142,8 @@ fn log_known(
 ) -> Option<f64> {
     let SemanticSettings { tilt_sigma, information_scale, .. } = semantics.settings;
     let noise = semantics.model.noise();
-    let of_views = object.views.len() as f64 * log_normaliser(noise.degrees_of_freedom(), noise.dimension());
+    let of_views =
+        object.views.len() as f64 * student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom());
     // Of the latent, of the tilt, and of a yaw that may be any.
     let of_priors = -(latent.len() as f64) / 2.0 * libm::log(2.0 * PI)
         - libm::log(2.0 * PI * tilt_sigma * tilt_sigma)
@@ -209,15 +210,6 @@ fn powers<'a>(curve: impl Iterator<Item = &'a f64> + Clone) -> [f64; HARMONICS +
         let square = (cosine * cosine + sine * sine) / (AZIMUTHS * AZIMUTHS) as f64;
         if h == 0 { square } else { 2.0 * square }
     })
-}
-
-/// `log` of the density at zero of a Student t (a Gaussian where `nu` is infinite) of `dim` numbers of unit scale.
-fn log_normaliser(nu: f64, dim: usize) -> f64 {
-    if nu.is_finite() {
-        student_t::log_density(0.0, dim, nu, 0.0)
-    } else {
-        -(dim as f64) / 2.0 * libm::log(2.0 * PI)
-    }
 }
 
 #[cfg(test)]

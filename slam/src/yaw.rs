@@ -1,6 +1,7 @@
 //! First orientations of an object whose factors have no latent: a grid of yaws, best modes refined.
 
 use crate::graph::Graph;
+use crate::laplace::log_evidence;
 use crate::orientation::{DISTINCT_STEPS, REFINEMENT, local_minima};
 use crate::settings::OrientationSettings;
 use crate::sighting::Sighting;
@@ -17,6 +18,8 @@ pub struct YawMode {
     pub world_from_object: Pose,
     /// Negative log-posterior given the robot's poses, nats up to a constant shared by an object's modes.
     pub cost: f64,
+    /// `log` of the integral of `exp(-cost)` about the mode, by Laplace's method; `None` where that is not defined.
+    pub log_evidence: Option<f64>,
 }
 
 /// An object's distinct modes under `graph`, the factors of the object alone, the best first; empty where the factors are defined
@@ -51,7 +54,12 @@ pub fn yaw_modes(
         .filter_map(|start| {
             let refined = solve(graph, start, |key| key == Key::Object(track), REFINEMENT);
             let world_from_object = *refined.values.pose(Key::Object(track))?;
-            refined.cost.is_finite().then_some(YawMode { world_from_object, cost: refined.cost })
+            let log_evidence = log_evidence(graph, &refined.values, &[Key::Object(track)]);
+            refined.cost.is_finite().then_some(YawMode {
+                world_from_object,
+                cost: refined.cost,
+                log_evidence,
+            })
         })
         .collect();
     modes.sort_by(|a, b| a.cost.total_cmp(&b.cost));

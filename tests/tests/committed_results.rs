@@ -5,8 +5,8 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use vantage_eval::command::{
-    ASSOCIATIONS, INDEX, MAP_FILE, STUDY_FILE, associations, folders, index, map_pages, scene_table, scenes,
-    study_pages,
+    ASSOCIATIONS, CONSISTENCIES, INDEX, MAP_FILE, STUDY_FILE, associations, consistencies, folders, index,
+    map_pages, scene_table, scenes, study_pages,
 };
 use vantage_eval::figure::gains::gains_svg;
 use vantage_eval::result::kind::ResultKind;
@@ -197,9 +197,11 @@ fn the_index_and_the_table_of_the_readme_are_those_of_the_results() {
     let results = root().join("results");
     let committed = std::fs::read_to_string(results.join(INDEX)).unwrap();
     assert!(committed == index(&results).unwrap(), "run `bench index results`");
-    let committed = std::fs::read_to_string(results.join(ASSOCIATIONS)).ok();
-    let today = associations(&scenes(&results).unwrap());
-    assert!(committed.is_some() && committed == today, "run `bench index results`");
+    let scenes = scenes(&results).unwrap();
+    for (name, today) in [(ASSOCIATIONS, associations(&scenes)), (CONSISTENCIES, consistencies(&scenes))] {
+        let committed = std::fs::read_to_string(results.join(name)).ok();
+        assert!(committed.is_some() && committed == today, "{name}: run `bench index results`");
+    }
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
     let (_, after) = readme.split_once("<!-- results: begin -->\n").unwrap();
     let (block, _) = after.split_once("<!-- results: end -->").unwrap();
@@ -226,4 +228,25 @@ fn only_the_gains_on_which_seeds_agree_are_told() {
     ] {
         assert!(said(scene).contains(expected), "{scene}: {}", said(scene));
     }
+}
+
+/// Where objects are ellipsoids, the control has headings that bend their outlines, and differs.
+#[test]
+fn controls_equal_geometry_on_every_seed() {
+    let mut compared = 0;
+    for results in scenes(&root().join("results")).unwrap() {
+        let Some(table) = results.table(TRAJECTORIES) else { continue };
+        if !table.methods().iter().any(|method| method == "uninformative")
+            || table.metrics().contains(&Metric::Extents)
+        {
+            continue;
+        }
+        for (control, geometric) in table.runs_of("uninformative").iter().zip(table.runs_of("geometric")) {
+            let [control, other] = [control, geometric].map(|run| run.scores.get(&Metric::Ate).copied());
+            let apart = control.zip(other).map(|(control, other)| (control - other).abs());
+            assert!(apart.is_none_or(|apart| apart < 1e-3), "{}, seed {}", results.scene, geometric.seed.0);
+            compared += usize::from(apart.is_some());
+        }
+    }
+    assert!(compared > 400, "{compared} seeds compared");
 }

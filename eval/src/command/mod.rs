@@ -39,7 +39,10 @@ pub use check::check;
 pub use dataset::dataset;
 pub use figures::figures;
 pub use import::import;
-pub use index::{ASSOCIATIONS, INDEX, associations, folders, index, scene_table, scenes, write_index};
+pub use index::{
+    ASSOCIATIONS, CONSISTENCIES, INDEX, associations, consistencies, folders, index, scene_table, scenes,
+    write_index,
+};
 pub use list::list;
 pub use look::look;
 pub use map::{MAP_FILE, map, map_pages};

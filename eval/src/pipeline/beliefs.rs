@@ -1,26 +1,30 @@
-//! What answers leave of objects, P(e | H), and the table that it is scored in.
+//! What answers leave of objects, P(e | H) or P(c | H), and the table that it is scored in.
 
 use super::{Answer, StoredObject};
-use crate::result::metric::Metric;
 use crate::result::run::Run;
 use crate::result::table::{Table, TableError};
-use crate::score::semantics::{Belief, COLUMNS, SEMANTICS, class_recall};
+use crate::score::semantics::{Belief, COLUMNS, Named, SEMANTICS, semantic_scores};
 use nalgebra::DVector;
 use vantage_dataset::{ObjectTruth, Seed};
 use vantage_learn::Latent;
 
-/// The latents of an answer's objects, with their true classes; none of an estimator without latents.
-pub(super) fn of(answer: &Answer, truth: &[ObjectTruth], latent: Latent) -> Vec<Belief> {
+/// The latents or classes of an answer's objects, with their true classes; none of an estimator without either. `names` are those of the
+/// classes that it tells apart.
+pub(super) fn of(answer: &Answer, truth: &[ObjectTruth], latent: Latent, names: &[String]) -> Vec<Belief> {
     let belief = |(object, stored): (&ObjectTruth, &Option<StoredObject>)| {
-        let [means, _] = stored.as_ref()?.latent.as_ref()?;
-        let steady = latent.steady(&DVector::from_column_slice(means));
-        let narrowed = steady.into_iter().map(|number| number as f32).collect();
-        Some(Belief { class: object.family.clone(), latent: narrowed })
+        let stored = stored.as_ref()?;
+        let steady = |[means, _]: &[Vec<f64>; 2]| -> Vec<f32> {
+            let steady = latent.steady(&DVector::from_column_slice(means));
+            steady.into_iter().map(|number| number as f32).collect()
+        };
+        let latent = stored.latent.as_ref().map(steady);
+        let named = stored.classes.as_ref().map(|classes| Named::new(classes, names, &object.family));
+        (latent.is_some() || named.is_some()).then(|| Belief { class: object.family.clone(), latent, named })
     };
     truth.iter().zip(&answer.objects).filter_map(belief).collect()
 }
 
-/// The table of the methods that have latents, from runs without scores; `None` where there is no such method.
+/// The table of the methods that have latents or classes, from runs without scores; `None` where there is no such method.
 ///
 /// The gallery of a seed are the objects of all lower seeds, so that a run on fewer seeds gives them the same scores.
 pub(super) fn table(
@@ -28,8 +32,8 @@ pub(super) fn table(
     seeds: &[Seed],
     left: Vec<(Run, Vec<Belief>)>,
 ) -> Result<Option<Table>, TableError> {
-    let has_latents = |method: &&str| left.iter().any(|(run, own)| run.method == *method && !own.is_empty());
-    let methods: Vec<&str> = methods.iter().copied().filter(has_latents).collect();
+    let has_beliefs = |method: &&str| left.iter().any(|(run, own)| run.method == *method && !own.is_empty());
+    let methods: Vec<&str> = methods.iter().copied().filter(has_beliefs).collect();
     if methods.is_empty() {
         return Ok(None);
     }
@@ -39,8 +43,7 @@ pub(super) fn table(
             earlier.map(|(other, own)| (other.seed, &own[..])).collect();
         earlier.sort_by_key(|(seed, _)| *seed);
         let gallery: Vec<Belief> = earlier.into_iter().flat_map(|(_, own)| own.iter().cloned()).collect();
-        let recall = class_recall(own, &gallery).map(|recall| (Metric::ClassRecallAt1, recall));
-        Run { scores: recall.into_iter().collect(), ..run.clone() }
+        Run { scores: semantic_scores(own, &gallery), ..run.clone() }
     };
     let runs = left.iter().filter(|(run, _)| methods.contains(&&*run.method)).map(scored).collect();
     Table::new(SEMANTICS, &methods, None, &COLUMNS, seeds, runs).map(Some)
@@ -49,13 +52,18 @@ pub(super) fn table(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::result::metric::Metric;
     use crate::result::run::Outcome;
     use std::collections::BTreeMap;
 
     fn left(method: &str, seed: u64, believed: &[(&str, f32)]) -> (Run, Vec<Belief>) {
         let (outcome, scores) = (Outcome::Done, BTreeMap::new());
         let run = Run { method: method.to_owned(), seed: Seed(seed), outcome, scores };
-        let belief = |(class, x): &(&str, f32)| Belief { class: (*class).to_owned(), latent: vec![*x] };
+        let belief = |(class, x): &(&str, f32)| Belief {
+            class: (*class).to_owned(),
+            latent: Some(vec![*x]),
+            named: None,
+        };
         (run, believed.iter().map(belief).collect())
     }
 

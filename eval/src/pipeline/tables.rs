@@ -23,7 +23,7 @@ use vantage_learn::Kind;
 
 /// The tables, and what they are of.
 pub struct Tables {
-    /// `trajectory`, `consistency` and, where a row has latents, `semantics` where there are episodes; and those of unseen instances where there are
+    /// `trajectory`, `consistency` and, where a row has latents or classes, `semantics` where there are episodes; and those of unseen instances where there are
     /// any.
     pub tables: Vec<Table>,
     /// Detections of objects in all episodes.
@@ -75,7 +75,9 @@ pub fn tables(
             let heading = manifest.kind == Kind::ViewpointDependent;
             let Scored { trajectory, consistency } = scores(answer, truth.as_ref(), heading)?;
             let objects = truth.as_ref().map_or(&[][..], |truth| &truth.objects);
-            left.push((run(Scores::new()), beliefs::of(answer, objects, manifest.latent)));
+            let names =
+                method.model.readouts.as_ref().map_or(&[][..], |(readouts, _)| readouts.classes.names());
+            left.push((run(Scores::new()), beliefs::of(answer, objects, manifest.latent, names)));
             runs.push(run(trajectory));
             consistent.push(run(consistency));
         }

@@ -161,6 +161,12 @@ metrics! {
     ApartSettled => "Settled, from the whole episode's", "apart_settled_m", Meter, Lower;
     /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
     ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
+    /// Adjusted Rand index of clusters of what was believed of objects in this episode and earlier ones, and of their classes.
+    ClassAri => "Class ARI, with earlier episodes", "class_ari_earlier", Ratio, Higher;
+    /// Share of objects whose most probable class by P(c | H) is theirs.
+    ClassRight => "Class right", "class_right", Ratio, Higher;
+    /// P(c | H) of the true class, mean over objects.
+    ClassProbability => "P(true class)", "class_probability_true", Ratio, Higher;
     /// Of pairs of detections taken to be of one object, the share that is: [`crate::score::association`].
     PairPrecision => "Pair precision", "pair_precision", Ratio, Higher;
     /// Of pairs of detections of one object, the share that is taken so.

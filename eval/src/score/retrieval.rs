@@ -62,9 +62,9 @@ pub fn recall_at(
 }
 
 /// Whether distances between the embeddings are defined.
-pub(super) fn are_comparable(embeddings: &[Vec<f32>]) -> bool {
-    let length = embeddings.first().map_or(0, Vec::len);
-    embeddings.iter().all(|e| e.len() == length && e.iter().all(|x| x.is_finite()))
+pub(super) fn are_comparable<E: AsRef<[f32]>>(embeddings: &[E]) -> bool {
+    let length = embeddings.first().map_or(0, |e| e.as_ref().len());
+    embeddings.iter().map(AsRef::as_ref).all(|e| e.len() == length && e.iter().all(|x| x.is_finite()))
 }
 
 /// Squared Euclidean distance, summed in `f64` over eight lanes: the same bits on every processor.

@@ -3,7 +3,7 @@
 use super::limits::Limits;
 
 /// `log sum exp`; negative infinity of nothing.
-pub(super) fn log_sum(logs: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(crate) fn log_sum(logs: impl Iterator<Item = f64> + Clone) -> f64 {
     let largest = logs.clone().fold(f64::NEG_INFINITY, f64::max);
     if largest == f64::NEG_INFINITY {
         return largest;

@@ -41,4 +41,5 @@ pub use hypotheses::Hypotheses;
 pub use hypothesis::Hypothesis;
 pub use limits::{Limits, Merging};
 pub use local::{Local, Weighed};
+pub(crate) use mass::log_sum;
 pub use smoother::{SharedSmoother, Thresholds};

@@ -63,7 +63,7 @@ impl<M: ClassModel> Likeness for Classed<M> {
         let of_class = |class: usize| {
             let noise = self.model.noise(class);
             let kernel = Kernel::of_degrees_of_freedom(noise.degrees_of_freedom());
-            let constant = libm::log(noise.sqrt_information().determinant().abs());
+            let constant = noise.log_normalizer();
             let under = |yaw: f64| -> f64 {
                 let each = measured.iter().map(|(view, measurement)| {
                     let (expected, _) = self.model.linearize(class, &view.viewpoint.turned(-yaw));

@@ -72,9 +72,8 @@ impl Reading for Classes<'_> {
         graph.push(ClassFactor::new(of.keys, (self.model, class), measured, mount, of.object.size, scaling));
     }
 
-    /// `-log |det W_c|`: classes of wide noise are not preferred for it.
+    /// Classes of wide noise, or of heavy tails, are not preferred for it.
     fn constant(&self, class: usize) -> f64 {
-        let determinant = self.model.noise(class).sqrt_information().determinant();
-        -libm::log(determinant.abs())
+        -self.model.noise(class).log_normalizer()
     }
 }

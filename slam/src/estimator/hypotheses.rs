@@ -5,9 +5,10 @@
 //! ```
 //!
 //! The hypotheses have equal priors. They are chosen by their cost at their best yaw with the robot held, and again after the
-//! joint problem has moved the robot.
+//! joint problem has moved the robot. P(h_i | H) integrates over the object's pose, by Laplace's method about each mode, the robot held.
 
 use super::Geometric;
+use crate::association::log_sum;
 use crate::estimate::Estimate;
 use crate::factor::UprightFactor;
 use crate::graph::Graph;
@@ -64,8 +65,8 @@ pub(super) struct Hypotheses {
 struct Choice {
     /// Hypotheses with a mode of the yaw, the best first.
     modes: Vec<(usize, YawMode)>,
-    /// Cost of each hypothesis at its best yaw, nats; infinite where it is defined at none.
-    costs: Vec<f64>,
+    /// `log p(z^s | h)` of each hypothesis, nats up to a constant, over its modes; minus infinity where it is defined at none.
+    log_evidences: Vec<f64>,
 }
 
 /// A solution of the joint problem under a choice.
@@ -110,7 +111,7 @@ impl Hypotheses {
         for (track, object) in &episode.objects {
             match costs(track) {
                 Some(choice) => {
-                    beliefs.insert(*track, probabilities(&choice.costs));
+                    beliefs.extend(probabilities(&choice.log_evidences).map(|belief| (*track, belief)));
                     margins.insert(*track, choice.margin());
                 }
                 None => posterior.dropped.undefined_viewpoint += object.views.len(),
@@ -172,7 +173,7 @@ impl<'m> Episode<'_, 'm> {
         let problem = self.told.geometric.problem(self.observations);
         let of_object = |(&track, object): (&usize, &SemanticObject)| {
             let sightings = posterior.sightings.get(&track)?;
-            let (mut modes, mut costs) = (Vec::new(), Vec::new());
+            let (mut modes, mut log_evidences) = (Vec::new(), Vec::new());
             for hypothesis in 0..self.reading.hypotheses() {
                 let mut graph = Graph::default();
                 problem.add_bearings(&mut graph, track, sightings);
@@ -180,11 +181,12 @@ impl<'m> Episode<'_, 'm> {
                 let constant = self.constant(object, hypothesis);
                 let mut found = yaw_modes(&graph, &self.told.orientation, track, sightings, values);
                 found.iter_mut().for_each(|mode| mode.cost += constant);
-                costs.push(found.first().map_or(f64::INFINITY, |mode| mode.cost));
+                let evidences = found.iter().filter_map(|mode| mode.log_evidence);
+                log_evidences.push(log_sum(evidences.map(|evidence| evidence - constant)));
                 modes.extend(found.into_iter().map(|mode| (hypothesis, mode)));
             }
             modes.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
-            (!modes.is_empty()).then_some((track, Choice { modes, costs }))
+            (!modes.is_empty()).then_some((track, Choice { modes, log_evidences }))
         };
         self.objects.iter().filter_map(of_object).collect()
     }
@@ -281,10 +283,8 @@ fn is_better(joint: &Joint, other: Option<&Joint>) -> bool {
         || other.is_none()
 }
 
-/// Probabilities in proportion to `exp(-cost)`.
-fn probabilities(costs: &[f64]) -> Vec<f64> {
-    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    let weights: Vec<f64> = costs.iter().map(|cost| libm::exp(least - cost)).collect();
-    let sum: f64 = weights.iter().sum();
-    weights.into_iter().map(|weight| weight / sum).collect()
+/// Probabilities of equally likely hypotheses; `None` where none is defined.
+fn probabilities(log_evidences: &[f64]) -> Option<Vec<f64>> {
+    let all = log_sum(log_evidences.iter().copied());
+    all.is_finite().then(|| log_evidences.iter().map(|evidence| libm::exp(evidence - all)).collect())
 }

@@ -1,11 +1,12 @@
 //! An azimuth read off a crop, as a sensor of the robot's and the object's pose.
 
+use super::view::View;
 use super::{Factor, LinearFactor, finite};
 use crate::noise::Kernel;
 use crate::variable::{Key, Values};
-use nalgebra::{DMatrix, DVector, RowVector3};
+use nalgebra::{DVector, Dyn, OMatrix, RowVector3, U6};
 use std::f64::consts::PI;
-use vantage_dataset::{Pose, se3};
+use vantage_dataset::Pose;
 use vantage_model::AzimuthReading;
 
 /// `wrap(measured - azimuth) / sigma`, the azimuth that of the camera about the object's z axis, from
@@ -31,9 +32,8 @@ impl AzimuthFactor {
         Self { keys, reading, robot_from_camera, degrees_of_freedom, information_scale }
     }
 
-    fn object_from_camera(&self, values: &Values) -> Option<Pose> {
-        let world_from_camera = values.pose(self.keys[0])? * self.robot_from_camera;
-        Some(values.pose(self.keys[1])?.inv_mul(&world_from_camera))
+    fn view(&self, values: &Values) -> Option<View> {
+        View::of(self.keys, values, &self.robot_from_camera)
     }
 
     fn whitened(&self, object_from_camera: &Pose) -> Option<DVector<f64>> {
@@ -49,22 +49,18 @@ impl Factor for AzimuthFactor {
     }
 
     fn residual(&self, values: &Values) -> Option<DVector<f64>> {
-        self.whitened(&self.object_from_camera(values)?)
+        self.whitened(&self.view(values)?.object_from_camera)
     }
 
     fn linearize(&self, values: &Values) -> Option<LinearFactor> {
-        let object_from_camera = self.object_from_camera(values)?;
+        let view = self.view(values)?;
+        let object_from_camera = view.object_from_camera;
         let p = object_from_camera.translation.vector;
         let rotation = object_from_camera.rotation.to_rotation_matrix().into_inner();
         let by_position = RowVector3::new(-p.y, p.x, 0.0) / (p.x * p.x + p.y * p.y);
-        let mut d_camera = DMatrix::zeros(1, 6);
+        let mut d_camera = OMatrix::<f64, Dyn, U6>::zeros(1);
         d_camera.view_mut((0, 3), (1, 3)).copy_from(&(by_position * rotation / -self.reading.sigma));
-        let d_robot = &d_camera * se3::adjoint(&self.robot_from_camera.inverse());
-        let d_object = -(&d_camera * se3::adjoint(&object_from_camera.inverse()));
-        let to_dynamic = |m: nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::U6>| {
-            DMatrix::from_column_slice(m.nrows(), 6, m.as_slice())
-        };
-        let jacobians = vec![to_dynamic(d_robot), to_dynamic(d_object)];
+        let jacobians = view.jacobians(&d_camera, &self.robot_from_camera).to_vec();
         LinearFactor { residual: self.whitened(&object_from_camera)?, jacobians }.finite()
     }
 

@@ -1,11 +1,12 @@
 //! The semantic measurement P(z^s | c, x_rel) of Eq. 8, of a class that is held.
 
+use super::view::View;
 use super::{Factor, LinearFactor, finite};
 use crate::factor::semantic::SemanticScaling;
 use crate::noise::Kernel;
 use crate::variable::{Key, Values};
 use nalgebra::DVector;
-use vantage_dataset::{Pose, Viewpoint, se3};
+use vantage_dataset::{Pose, Viewpoint};
 use vantage_model::ClassModel;
 
 /// `W_c (m(z) - h(c, x_rel)) / noise scale`, `x_rel` as for [`SemanticFactor`](super::SemanticFactor).
@@ -34,9 +35,8 @@ impl<'m> ClassFactor<'m> {
         Self { keys, model, class, measurement, robot_from_camera, object_size, scaling }
     }
 
-    fn object_from_camera(&self, values: &Values) -> Option<Pose> {
-        let world_from_camera = values.pose(self.keys[0])? * self.robot_from_camera;
-        Some(values.pose(self.keys[1])?.inv_mul(&world_from_camera))
+    fn view(&self, values: &Values) -> Option<View> {
+        View::of(self.keys, values, &self.robot_from_camera)
     }
 }
 
@@ -46,26 +46,22 @@ impl Factor for ClassFactor<'_> {
     }
 
     fn residual(&self, values: &Values) -> Option<DVector<f64>> {
-        let viewpoint = Viewpoint::new(&self.object_from_camera(values)?, self.object_size)?;
+        let viewpoint = Viewpoint::new(&self.view(values)?.object_from_camera, self.object_size)?;
         let (expected, _) = self.model.linearize(self.class, &viewpoint);
         let whiten = self.model.noise(self.class).sqrt_information();
         finite(whiten * (&self.measurement - expected) / self.scaling.noise)
     }
 
     fn linearize(&self, values: &Values) -> Option<LinearFactor> {
-        let object_from_camera = self.object_from_camera(values)?;
+        let view = self.view(values)?;
+        let object_from_camera = view.object_from_camera;
         let viewpoint = Viewpoint::new(&object_from_camera, self.object_size)?;
         let (expected, d_viewpoint) = self.model.linearize(self.class, &viewpoint);
         let whiten = self.model.noise(self.class).sqrt_information() / self.scaling.noise;
         let d_camera = -d_viewpoint.by_camera(&whiten, &object_from_camera, self.object_size)?;
-        let d_robot = &d_camera * se3::adjoint(&self.robot_from_camera.inverse());
-        let d_object = -(&d_camera * se3::adjoint(&object_from_camera.inverse()));
-        let to_dynamic = |m: nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::U6>| {
-            nalgebra::DMatrix::from_column_slice(m.nrows(), 6, m.as_slice())
-        };
         LinearFactor {
             residual: &whiten * (&self.measurement - expected),
-            jacobians: vec![to_dynamic(d_robot), to_dynamic(d_object)],
+            jacobians: view.jacobians(&d_camera, &self.robot_from_camera).to_vec(),
         }
         .finite()
     }

@@ -80,6 +80,7 @@ fn crops_end_near_the_maximum_of_the_whole_episode() {
             (difference(&online, &whole), difference(&online, &bearings));
         println!("seed {seed}: {apart} deviations, variance {spread}; {from_bearings}");
         assert!(apart < 2.0 && spread < 0.1, "seed {seed}: {apart} deviations, variance {spread}");
+        assert!(apart < from_bearings, "seed {seed}: nearer to the estimate without crops: {from_bearings}");
     }
 }
 

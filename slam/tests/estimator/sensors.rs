@@ -39,12 +39,20 @@ impl LinearClasses {
             DMatrix::from_fn(dimension, 1 + CONDITIONING, |_, j| stream.normal() / (1.0 + j as f64 / 4.0))
         };
         let coefficients = (0..classes).map(&mut of_class).collect();
-        // Classes differ in their noise: the determinant has to count.
+        // Classes differ in their noise: scale and degrees of freedom have to count.
         let noise = (0..classes).map(|class| {
             let sigma = sigma * (1.0 + class as f64 / 2.0);
-            MeasurementNoise::new(DMatrix::identity(dimension, dimension) / sigma, 8.0).unwrap()
+            let degrees_of_freedom = 3.0 * 4.0f64.powi(class as i32);
+            MeasurementNoise::new(DMatrix::identity(dimension, dimension) / sigma, degrees_of_freedom)
+                .unwrap()
         });
         Self { coefficients, noise: noise.collect() }
+    }
+
+    /// The same, all classes looking like the first.
+    pub fn alike(self) -> Self {
+        let coefficients = vec![self.coefficients[0].clone(); self.coefficients.len()];
+        Self { coefficients, ..self }
     }
 }
 
@@ -187,6 +195,28 @@ fn classes_and_yaws_are_found_together() {
     }
     println!("mean ATE: geometric {geometric:.4}, discrete class {semantic:.4}; {right} of {all} classes");
     assert!(semantic < geometric && right * 20 >= all * 19);
+}
+
+/// Views that are exactly as predicted tell classes apart by how sharp their densities are.
+#[test]
+fn classes_of_one_look_are_told_apart_by_their_noise() {
+    let spec = WorldSpec::sparse_loop();
+    let mut settings = matching_settings(&spec);
+    settings.semantics.minimum_view_separation = 1.0;
+    let classes = LinearClasses::new(2, 6, 0.1, Seed(1)).alike();
+    let mut world = World::new(&spec, None, Seed(3));
+    show(&mut world, |_, _, viewpoint| classes.linearize(0, viewpoint).0);
+    let peaks = [0, 1].map(|class| classes.noise(class).log_normalizer());
+    // Of a t of 3 and one of 12 degrees of freedom, 1.5 times as wide.
+    assert!((peaks[0] - peaks[1] - (6.0 * libm::log(1.5) + 0.9)).abs() < 0.1, "{peaks:?}");
+    let answer = DiscreteClass::new(&settings, classes).estimate(&world.observations).unwrap();
+    for object in answer.objects.iter().flatten().filter(|object| object.semantic_views > 0) {
+        let belief = object.classes.as_ref().unwrap();
+        let odds = libm::log(belief[0] / belief[1]);
+        // But for poses, of which the sharper class leaves less: a few nats in all, whatever the number of views.
+        let expected = object.semantic_views as f64 * (peaks[0] - peaks[1]);
+        assert!(odds > expected - 6.0 && odds < expected + 1.0, "{odds}, {expected}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What scenes say of who is who, side by side.
 
-use super::metres;
+use super::{UNDEFINED, metres};
 use crate::pipeline::{AssociatorRow, GIVEN, Told};
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
@@ -15,7 +15,6 @@ pub const ASSOCIATIONS: &str = "associations.md";
 
 /// Bounds of the likeliest hypothesis's weight, by which episodes are counted.
 const WEIGHTS: [f64; 6] = [0.0, 0.5, 0.8, 0.95, 0.99, 1.0];
-const UNDEFINED: &str = "-";
 
 /// A page of all scenes that were associated, Markdown, with links from the folder of results; none where there are none.
 pub fn associations(scenes: &[Results]) -> Option<String> {

@@ -1,6 +1,7 @@
 //! `bench index RESULTS_DIR`: the index of a folder of results, what scenes gave, and which maps and studies there are.
 
 mod associations;
+mod consistency;
 
 use super::cli::IndexArgs;
 use super::error::BenchError;
@@ -28,10 +29,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub use associations::{ASSOCIATIONS, associations};
+pub use consistency::{CONSISTENCIES, consistencies};
 
 /// Name of the index.
 pub const INDEX: &str = "README.md";
 
+const UNDEFINED: &str = "-";
 const TABLE_HEAD: &str = "\
 | scene | seeds | odometry | geometric | learned | paired difference | seeds better |
 |---|---|---|---|---|---|---|
@@ -50,8 +53,9 @@ pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, Be
     let text = index(folder)?;
     let root = OutputFolder::probe(folder)?;
     root.write(INDEX, text.as_bytes())?;
-    if let Some(page) = associations(&scenes(folder)?) {
-        root.write(ASSOCIATIONS, page.as_bytes())?;
+    let scenes = scenes(folder)?;
+    for (name, page) in [(ASSOCIATIONS, associations(&scenes)), (CONSISTENCIES, consistencies(&scenes))] {
+        page.map(|page| root.write(name, page.as_bytes())).transpose()?;
     }
     let here = format!("{}/", folder.to_string_lossy().trim_end_matches('/'));
     write!(stdout, "{}", scene_table(folder, &here)?)?;
@@ -128,14 +132,16 @@ pub fn scene_table(root: &Path, prefix: &str) -> Result<String, ResultsError> {
 
 fn row(link: &str, table: &Table, method: &str, paired: Option<&Paired>) -> String {
     let ate = |method: &str| {
-        table.cell(method, Metric::Ate).mean.map_or_else(|| "-".to_owned(), |mean| metres(mean.mean))
+        table.cell(method, Metric::Ate).mean.map_or_else(|| UNDEFINED.to_owned(), |mean| metres(mean.mean))
     };
     let difference =
-        paired.and_then(Paired::mean).map_or_else(|| "-".to_owned(), |mean| with_interval(&mean));
-    let better =
-        paired.map_or_else(|| "-".to_owned(), |paired| format!("{} of {}", paired.better(), paired.seeds()));
+        paired.and_then(Paired::mean).map_or_else(|| UNDEFINED.to_owned(), |mean| with_interval(&mean));
+    let better = paired
+        .map_or_else(|| UNDEFINED.to_owned(), |paired| format!("{} of {}", paired.better(), paired.seeds()));
     let [odometry, geometric] = [Row::Odometry, Row::Geometric].map(|row| ate(&row.to_string()));
-    let (seeds, learned) = (table.seeds().len(), ate(method));
+    let (seeds, scored) = (table.seeds().len(), paired.map_or(0, Paired::seeds));
+    let seeds = if scored < seeds { format!("{scored} of {seeds}") } else { seeds.to_string() };
+    let learned = ate(method);
     format!("| {link} | {seeds} | {odometry} | {geometric} | {learned} | {difference} | {better} |\n")
 }
 
@@ -151,8 +157,12 @@ pub fn index(root: &Path) -> Result<String, ResultsError> {
     for folder in folders(root, ResultKind::Scene) {
         text += &line(root, &folder, "");
     }
-    if associations(&scenes(root)?).is_some() {
+    let scenes = scenes(root)?;
+    if associations(&scenes).is_some() {
         text += &format!("\nWho is who, of all scenes: [{ASSOCIATIONS}]({ASSOCIATIONS})\n");
+    }
+    if consistencies(&scenes).is_some() {
+        text += &format!("\nWhat is promised, and what is kept: [{CONSISTENCIES}]({CONSISTENCIES})\n");
     }
     let maps = folders(root, ResultKind::Map);
     if !maps.is_empty() {

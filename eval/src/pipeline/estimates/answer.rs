@@ -64,6 +64,9 @@ pub struct StoredObject {
     pub margin: Option<f64>,
     /// P(e | H): means, then variances.
     pub latent: Option<[Vec<f64>; 2]>,
+    /// P(c | H) of the classes of the model's read-out, in its order; of an estimator by discrete classes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub classes: Option<Vec<f64>>,
 }
 
 impl From<&EstimatedObject> for StoredObject {
@@ -76,6 +79,7 @@ impl From<&EstimatedObject> for StoredObject {
             rotation_covariance: object.orientation.and_then(|orientation| orientation.covariance),
             margin: object.orientation.map(|orientation| orientation.margin).filter(|nats| nats.is_finite()),
             latent: object.latent.as_ref().map(|e| [&e.mean, &e.variance].map(|v| v.as_slice().to_vec())),
+            classes: object.classes.clone(),
         }
     }
 }
@@ -96,9 +100,11 @@ impl StoredObject {
             rotation_covariance,
             margin,
             latent,
+            classes,
         } = self;
         *extents = None;
         (*rotation, *rotation_covariance, *margin, *latent) = (None, None, None, None);
+        *classes = None;
     }
 }
 
@@ -159,11 +165,13 @@ mod tests {
             rotation_covariance: Some(Matrix3::identity()),
             margin: Some(2.0),
             latent: Some([vec![0.1], vec![0.2]]),
+            classes: Some(vec![1.0]),
         };
         object.forget_frame();
         assert!(object.position_covariance.is_some() && object.position.y == 0.2);
         assert!(object.rotation.is_none() && object.rotation_covariance.is_none());
         assert!(object.margin.is_none() && object.latent.is_none() && object.extents.is_none());
+        assert!(object.classes.is_none());
     }
 
     #[test]
@@ -177,6 +185,7 @@ mod tests {
             rotation_covariance: None,
             margin: Some(1.0 / 3.0),
             latent: Some([vec![0.1, -0.2], vec![1.0 / 7.0, 1e-300]]),
+            classes: Some(vec![1.0 / 3.0, 2.0 / 3.0]),
         };
         let landmark = StoredLandmark {
             position: Point3::new(1.0 / 3.0, -0.2, 1e-9),

@@ -23,7 +23,7 @@ use crate::score::object_map::{
 };
 use crate::score::object_map_file::ObjectMap;
 use crate::score::pairs::Pairs;
-use crate::score::semantics::{self, Belief, SEMANTICS, class_recall};
+use crate::score::semantics::{self, Belief, SEMANTICS, semantic_scores};
 use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, pose_scores};
 use files::{About, Division, Submission};
 use std::collections::BTreeSet;
@@ -166,11 +166,8 @@ impl Submission {
         let of = |(i, (number, own)): (usize, &Believed)| {
             let earlier = believed[..i].iter().filter_map(|(_, beliefs)| beliefs.as_ref().ok()).flatten();
             let earlier: Vec<Belief> = earlier.cloned().collect();
-            let recall = |own: &Vec<Belief>| {
-                let recall = class_recall(own, &earlier).map(|recall| (semantics::COLUMNS[0], recall));
-                recall.into_iter().collect()
-            };
-            self.run(*number, own.as_ref().map(recall).map_err(Clone::clone))
+            let scores = |own: &Vec<Belief>| semantic_scores(own, &earlier);
+            self.run(*number, own.as_ref().map(scores).map_err(Clone::clone))
         };
         believed.iter().enumerate().map(of).collect()
     }
@@ -227,7 +224,8 @@ fn of_map(whole: &Episode, map: &ObjectMap, world_from_first: &Pose) -> (Scores,
     let proposals: Vec<_> =
         map.proposals.iter().map(|proposal| proposal.moved(&first_from_map, 1.0)).collect();
     let belief = |(i, j): (usize, usize)| {
-        Some(Belief { class: objects[i].class.clone(), latent: map.latents.get(j)?.clone() })
+        let latent = map.latents.get(j)?.clone();
+        Some(Belief { class: objects[i].class.clone(), latent: Some(latent), named: None })
     };
     let beliefs = nearest_pairs(&objects, &proposals).into_iter().filter_map(belief).collect();
     (object_map_scores(&objects, &proposals), beliefs)

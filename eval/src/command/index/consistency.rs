@@ -1,0 +1,109 @@
+//! What estimators of scenes promise, side by side.
+
+use super::{UNDEFINED, metres, with_interval};
+use crate::result::metric::Metric;
+use crate::result::report::TABLES;
+use crate::result::results_file::Results;
+use crate::result::statistics::{Mean, quantile};
+use crate::result::table::Table;
+use crate::scene_file::row::Row;
+use crate::scene_file::row_name::is_learned;
+use crate::score::consistency::CONSISTENCY;
+
+/// Name of the page.
+pub const CONSISTENCIES: &str = "consistency.md";
+
+/// Scores, and what each should be.
+const SCORES: [(Metric, f64); 6] = [
+    (Metric::NeesPose, 1.0),
+    (Metric::NeesPoseEnd, 1.0),
+    (Metric::NeesHeading, 1.0),
+    (Metric::PositionInside95, 0.95),
+    (Metric::NeesObjectCenter, 1.0),
+    (Metric::NeesObjectYaw, 1.0),
+];
+
+/// A page of all scenes that have trajectories, Markdown, with links from the folder of results; none where there are none.
+pub fn consistencies(scenes: &[Results]) -> Option<String> {
+    let tables: Vec<(&str, &Table)> =
+        scenes.iter().filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?))).collect();
+    if tables.is_empty() {
+        return None;
+    }
+    let mut page = "# What is promised, and what is kept\n\nMade by `bench index`, from the files beside it. \
+                    What columns are: `docs/scores.md`.\n\n\
+                    Means over seeds with 95% intervals. Bold: the interval excludes what the score should be, \
+                    which is 0.95 of positions and 1 of all NEES.\n\
+                    A NEES above 1 promises too much. One wrong yaw may make a mean, so that the median over seeds stands beside it.\n\n\
+                    | scene | row | seeds |"
+        .to_owned();
+    page.extend(SCORES.iter().map(|(metric, _)| format!(" {} |", metric.label())));
+    page += &format!(" median |\n{}\n", "|---".repeat(SCORES.len() + 4) + "|");
+    for (scene, table) in tables {
+        let is_shown = |row: &&String| {
+            [Row::Odometry, Row::Geometric].iter().any(|of| of.to_string() == **row) || is_learned(row)
+        };
+        for row in table.methods().iter().filter(is_shown) {
+            let seeds = table.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
+            page += &format!("| [{scene}](scenes/{scene}/{TABLES}) | `{row}` | {seeds} |");
+            page.extend(
+                SCORES.iter().map(|(metric, wanted)| format!(" {} |", cell(table, row, *metric, *wanted))),
+            );
+            page += &format!(" {} |\n", median(table, row, Metric::NeesObjectYaw));
+        }
+    }
+    Some(page)
+}
+
+fn cell(table: &Table, row: &str, metric: Metric, wanted: f64) -> String {
+    let told = |mean: Mean| {
+        let is_off = mean.half_width.is_some_and(|half| (mean.mean - wanted).abs() > half);
+        let text = with_interval(&mean);
+        if is_off { format!("**{text}**") } else { text }
+    };
+    table.cell(row, metric).mean.map_or_else(|| UNDEFINED.to_owned(), told)
+}
+
+fn median(table: &Table, row: &str, metric: Metric) -> String {
+    let mut scores: Vec<f64> =
+        table.runs_of(row).iter().filter_map(|run| run.scores.get(&metric).copied()).collect();
+    scores.sort_by(f64::total_cmp);
+    quantile(&scores, 0.5).map_or_else(|| UNDEFINED.to_owned(), metres)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::table::tests::run;
+    use vantage_dataset::Seed;
+
+    #[test]
+    fn what_is_off_its_target_is_bold_and_only_rows_of_interest_are_shown() {
+        assert_eq!(consistencies(&[Results::new("silent", "abc", vec![])]), None);
+        let methods = ["geometric", "viewpoint_dependent", "uninformative"];
+        let columns = [Metric::NeesPose, Metric::NeesObjectYaw];
+        let scores = |pose, yaw| [(Metric::NeesPose, pose), (Metric::NeesObjectYaw, yaw)];
+        let mut runs = Vec::new();
+        for (seed, [near, far, yaw]) in
+            [[0.9, 2.9, 1.0], [1.0, 3.0, 1.0], [1.1, 3.1, 40.0]].into_iter().enumerate()
+        {
+            runs.push(run("geometric", seed as u64, &[(Metric::NeesPose, near)]));
+            runs.push(run("viewpoint_dependent", seed as u64, &scores(far, yaw)));
+            runs.push(run("uninformative", seed as u64, &[(Metric::NeesPose, near)]));
+        }
+        let seeds = [Seed(0), Seed(1), Seed(2)];
+        let table = Table::new(CONSISTENCY, &methods, None, &columns, &seeds, runs).unwrap();
+        let page = consistencies(&[Results::new("one", "abc", vec![table])]).unwrap();
+        let lines: Vec<&str> = page.lines().filter(|line| line.starts_with("| [one]")).collect();
+        let link = "| [one](scenes/one/tables.md)";
+        assert_eq!(
+            lines,
+            [
+                format!("{link} | `geometric` | 3 | 1.000 +- 0.248 | - | - | - | - | - | - |"),
+                format!(
+                    "{link} | `viewpoint_dependent` | 3 | **3.000 +- 0.248** | - | - | - | - | 14.000 +- 55.934 | 1.000 |"
+                ),
+            ]
+        );
+    }
+}
