@@ -4,6 +4,7 @@ use crate::model::TanhModel;
 use crate::which::{Which, estimate};
 use crate::world::{World, WorldSpec, matching_settings};
 use vantage_dataset::{Seed, se3};
+use vantage_slam::Estimate;
 
 const SEEDS: u64 = 40;
 
@@ -14,7 +15,14 @@ pub fn interval(degrees_of_freedom: f64) -> (f64, f64) {
     (bound(-3.2905), bound(3.2905))
 }
 
-/// Mean NEES over its dimension, of the last pose and of the first object, with its interval.
+/// NEES over its dimension of the pose at a step.
+pub fn nees_of_pose(world: &World, answer: &Estimate, step: usize) -> f64 {
+    let error = se3::log(&answer.world_from_robot[step].inv_mul(&world.world_from_robot[step]));
+    let covariance = answer.pose_covariances.as_ref().unwrap()[step];
+    error.dot(&covariance.cholesky().unwrap().solve(&error)) / 6.0
+}
+
+/// Mean NEES over its dimension, of the middle pose and of an object, with its interval.
 fn check(which: Which, model: Option<&TanhModel>) {
     let spec = WorldSpec { odometry_sigma: [0.005, 0.005], ..WorldSpec::sparse_loop() };
     let (mut pose, mut object) = (0.0, 0.0);
@@ -22,10 +30,7 @@ fn check(which: Which, model: Option<&TanhModel>) {
         let world = World::new(&spec, model, Seed(1000 + seed));
         let model = model.map(|m| m as &dyn vantage_model::ObservationModel);
         let answer = estimate(&world.observations, which, model, &matching_settings(&spec)).unwrap();
-        let last = spec.steps / 2;
-        let error = se3::log(&answer.world_from_robot[last].inv_mul(&world.world_from_robot[last]));
-        let covariance = answer.pose_covariances.as_ref().unwrap()[last];
-        pose += error.dot(&covariance.cholesky().unwrap().solve(&error)) / (6 * SEEDS) as f64;
+        pose += nees_of_pose(&world, &answer, spec.steps / 2) / SEEDS as f64;
         let first = answer.objects[3].as_ref().unwrap();
         let error = first.position - world.world_from_object[3].translation.vector;
         let solved = first.position_covariance.unwrap().cholesky().unwrap().solve(&error);
@@ -46,10 +51,7 @@ fn odometry_alone_is_consistent() {
     for seed in 0..SEEDS {
         let world = World::new(&spec, None, Seed(seed));
         let answer = estimate(&world.observations, Which::Odometry, None, &matching_settings(&spec)).unwrap();
-        let last = 20;
-        let error = se3::log(&answer.world_from_robot[last].inv_mul(&world.world_from_robot[last]));
-        let covariance = answer.pose_covariances.as_ref().unwrap()[last];
-        nees += error.dot(&covariance.cholesky().unwrap().solve(&error)) / (6 * SEEDS) as f64;
+        nees += nees_of_pose(&world, &answer, 20) / SEEDS as f64;
     }
     let bounds = interval((6 * SEEDS) as f64);
     println!("odometry: NEES per dimension {nees:.3} in {bounds:.3?}");

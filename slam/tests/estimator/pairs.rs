@@ -1,5 +1,6 @@
 //! Factors of two views (Eq. 15): against single views with the latent integrated out, and in the estimator.
 
+use crate::consistency::{interval, nees_of_pose};
 use crate::linear::dense;
 use crate::model::TanhModel;
 use crate::sensors::show;
@@ -121,6 +122,7 @@ fn where_views_share_what_no_latent_tells_pairs_are_better_than_single_ones_and_
     let pairs = Steerable::of_pairs(Seed(1));
     let settings = matching_settings(&WorldSpec::sparse_loop());
     let [mut geometric, mut single, mut paired] = [0.0; 3];
+    let mut nees = 0.0;
     for seed in 0..16 {
         let world = world(Seed(seed));
         let of = |estimator: &dyn Estimator| estimator.estimate(&world.observations).unwrap();
@@ -133,9 +135,12 @@ fn where_views_share_what_no_latent_tells_pairs_are_better_than_single_ones_and_
         geometric += world.ate(&of(&Geometric::new(&settings))) / 16.0;
         single += world.ate(&of(&Semantic::new(&settings, &pairs))) / 16.0;
         paired += world.ate(&estimate) / 16.0;
+        nees += nees_of_pose(&world, &estimate, 40) / 16.0;
     }
     println!("mean ATE: geometric {geometric:.4}, single views {single:.4}, pairs {paired:.4}");
     assert!(paired < 0.95 * geometric.min(single), "{paired} of {geometric} and {single}");
+    let bounds = interval(6.0 * 16.0);
+    assert!(bounds.0 < nees && nees < bounds.1, "NEES per dimension {nees} in {bounds:?}");
 }
 
 #[test]
