@@ -107,6 +107,7 @@ impl Ends for EstimateError {
     fn exit(&self) -> Exit {
         match self {
             EstimateError::Model(error) => error.exit(),
+            EstimateError::Bias { .. } => Exit::BadInput,
             _ => Exit::Bug,
         }
     }

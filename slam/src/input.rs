@@ -2,6 +2,7 @@
 
 use crate::association::AssociationError;
 use crate::noise::sqrt_information;
+use crate::odometry_bias::OdometryBias;
 use crate::settings::OdometrySettings;
 use garde::Validate;
 use vantage_dataset::Observations;
@@ -37,6 +38,16 @@ pub enum EstimateError {
         index: usize,
         /// What is wrong, and what was expected.
         problem: String,
+    },
+    /// The bias that is to be a variable leaves nothing of the covariance of an odometry measurement.
+    #[error(
+        "odometry {index}: the bias leaves nothing of its covariance; got {} m/m and {} deg/m, expected deviations whose share of the error that the robot is told leaves some white noise: lower the larger of `odometry_bias`", bias.translation_per_metre, bias.rotation_deg_per_metre
+    )]
+    Bias {
+        /// Its index in the observations.
+        index: usize,
+        /// The bias.
+        bias: OdometryBias,
     },
     /// A sighting of a landmark is not usable.
     #[error("landmark sighting {index}: {problem}")]
@@ -132,11 +143,8 @@ fn check_odometry(observations: &Observations, settings: &OdometrySettings) -> R
             format!("got motion {:?}, expected finite numbers", odometry.robot_from_robot)
         } else if sqrt_information(&odometry.covariance).is_none() {
             format!("got covariance {}, expected a positive definite matrix", odometry.covariance)
-        } else if settings.sqrt_information(odometry).is_none() {
-            format!(
-                "got covariance {}, expected one larger than the share of the bias {:?}: lower the bias",
-                odometry.covariance, settings.bias
-            )
+        } else if let Some(bias) = settings.bias.filter(|_| settings.sqrt_information(odometry).is_none()) {
+            return Err(EstimateError::Bias { index, bias });
         } else {
             continue;
         };

@@ -112,7 +112,7 @@ pub struct SemanticSettings {
     pub unknown_margin: Option<f64>,
 }
 
-/// By how much a model's sense of azimuth is off: see [`crate::discrepancy`].
+/// By how much a model's sense of azimuth is off: a smooth random function of the azimuth, of each object its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct AzimuthDiscrepancy {

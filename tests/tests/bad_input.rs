@@ -85,6 +85,24 @@ fn a_path_that_sees_nothing_is_said_and_ends_with_4() {
 }
 
 #[test]
+fn settings_of_the_estimator_that_contradict_others_are_refused() {
+    let with = |estimator: &str| SmallScene::new(&[("estimator: {}\n", estimator)]);
+    with("estimator: { rows: [odometry, geometric, odometry] }\n")
+        .run()
+        .expect(2, &["estimator.rows", "odometry stands there twice"]);
+    let both = "estimator:\n  extents: { half_axis: 0.1, log_sigma: 0.7 }\n  bearing_offset: { horizontal: 0.1, vertical: \
+                0.1, length: 1, smoothness: 1.5 }\n";
+    with(both).run().expect(2, &["estimator.bearing_offset", "`extents`", "leave one out"]);
+    let told = "estimator:\n  odometry_bias: { translation_per_metre: 0.9, rotation_deg_per_metre: 0.1 }\n";
+    with(told)
+        .run()
+        .expect(2, &["the bias leaves nothing of its covariance", "got 0.9 m/m", "lower the larger"]);
+    let scene = with("estimator: { unknown_margin: 10 }\n");
+    Finished::of(scene.command().arg("--online"))
+        .expect(2, &["unknown_margin", "--online", "leave one of them out"]);
+}
+
+#[test]
 fn without_a_vulkan_driver_wgpu_is_refused_and_auto_falls_back() {
     let scene = SmallScene::new(&[]);
     let run = |renderer: &str| {

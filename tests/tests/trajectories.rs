@@ -99,5 +99,7 @@ fn where_no_robot_drives_no_trajectory_is_scored() {
         command
     };
     Finished::of(command().arg("--trajectories").arg(folder.path())).expect(2, &["no robot drives"]);
-    Finished::of(command().arg("--associate")).expect(2, &["no robot drives", "--associate"]);
+    for option in ["--associate", "--online"] {
+        Finished::of(command().arg(option)).expect(2, &["no robot drives", option]);
+    }
 }

@@ -19,7 +19,8 @@ use vantage_slam::{
 pub struct EstimatorSpec {
     /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `domain_adapted`, `decoder_adapted`, `decoder_taught`,
     /// `learning_checked` and `ideal_azimuth`.
-    #[garde(length(min = 1))]
+    #[garde(length(min = 1), custom(each_once))]
+    #[schemars(extend("uniqueItems" = true))]
     pub rows: Vec<Row>,
     /// Most iterations of Levenberg-Marquardt a problem gets. Default: 100.
     #[garde(range(min = 1, max = 100_000))]
@@ -44,7 +45,7 @@ pub struct EstimatorSpec {
     /// Prior of the offset of an object's boxes from its centre as a variable, a smooth function of the azimuth. `bearing_noise` is
     /// then what is left. Default: none, so that `bearing_noise` holds the offset too.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(dive)]
+    #[garde(dive, custom(without_edges(&self.extents)))]
     pub bearing_offset: Option<BearingOffset>,
     /// Kernel of the bearings, of depths and of landmarks' pixels. Default: Huber with threshold 2.
     #[garde(dive)]
@@ -80,8 +81,8 @@ pub struct EstimatorSpec {
     #[garde(dive)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
-    /// Leaves out the crops of an object that the model does not know: whose views are less probable under it, by at least so many nats,
-    /// than under a null hypothesis that knows no kinds. Default: none are left out.
+    /// Leaves out the crops of an object that the model does not know: whose views are less probable under it, by at least so many nats
+    /// (0 to 1e6), than under a null hypothesis that knows no kinds. Default: none are left out.
     #[garde(inner(range(min = 0.0, max = 1e6), custom(not_nan)))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown_margin: Option<f64>,
@@ -147,6 +148,24 @@ impl EstimatorSpec {
     }
 }
 
+fn each_once(rows: &Vec<Row>, (): &()) -> garde::Result {
+    let twice = rows.iter().enumerate().find(|(i, row)| rows[..*i].contains(row));
+    twice.map_or(Ok(()), |(_, row)| {
+        Err(garde::Error::new(format!("{row} stands there twice: name each row once")))
+    })
+}
+
+fn without_edges(
+    extents: &Option<ExtentsSettings>,
+) -> impl FnOnce(&Option<BearingOffset>, &()) -> garde::Result + '_ {
+    move |offset, ()| match (offset, extents) {
+        (Some(_), Some(_)) => Err(garde::Error::new(
+            "is there beside `extents`, whose objects have the edges of their boxes in place of bearings: leave one out",
+        )),
+        _ => Ok(()),
+    }
+}
+
 impl Default for EstimatorSpec {
     fn default() -> Self {
         let Settings { solver, odometry, geometry, semantics, orientation, domain: _ } = Settings::default();
@@ -207,10 +226,16 @@ mod tests {
     fn refuses_numbers_out_of_range() {
         let ok = EstimatorSpec::default();
         assert!(ok.validate().is_ok());
+        let offset = Some(BearingOffset { horizontal: 0.1, vertical: 0.1, length: 1.0, smoothness: 1.5 });
+        let extents = Some(ExtentsSettings { half_axis: 0.1, log_sigma: 0.5 });
+        assert!(EstimatorSpec { bearing_offset: offset, ..ok.clone() }.validate().is_ok());
+        assert!(EstimatorSpec { extents, ..ok.clone() }.validate().is_ok());
         let bad = [
             EstimatorSpec { tilt_sigma: f64::NAN, ..ok.clone() },
             EstimatorSpec { tolerance: 0.0, ..ok.clone() },
             EstimatorSpec { rows: vec![], ..ok.clone() },
+            EstimatorSpec { rows: vec![Row::Geometric, Row::Odometry, Row::Geometric], ..ok.clone() },
+            EstimatorSpec { bearing_offset: offset, extents, ..ok.clone() },
             EstimatorSpec { semantic_information_scale: -1.0, ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(f64::NAN), ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(-1.0), ..ok.clone() },

@@ -91,6 +91,8 @@ fn of_answer(npz: &mut Npz, answer: &Answer, objects: usize, latent: Latent) -> 
     let whole = length(&|o| Some(o.latent.as_ref()?[0].len())).unwrap_or(0);
     of_each("object_latent", &[whole], &|o| Some(o.latent.as_ref()?[0].clone()))?;
     of_each("object_latent_variance", &[whole], &|o| Some(o.latent.as_ref()?[1].clone()))?;
+    let classes = length(&|o| Some(o.classes.as_ref()?.len())).unwrap_or(0);
+    of_each("object_class_probability", &[classes], &|o| o.classes.clone())?;
     let steady = |o: &StoredObject| Some(latent.steady(&DVector::from_column_slice(&o.latent.as_ref()?[0])));
     let part = length(&|o| Some(steady(o)?.len())).unwrap_or(0);
     of_each("object_latent_steady", &[part], &steady)

@@ -18,6 +18,11 @@ pub enum RunError {
     /// Asked for with a scene of single views.
     #[error("{}: no robot drives in this scene; leave {what} out", scene.display())]
     Undriven { scene: PathBuf, what: &'static str },
+    /// Asked for with a setting that takes whole episodes.
+    #[error(
+        "{}: `estimator.unknown_margin` asks all views of an object, and `--online` has but those so far: leave one of them out", scene.display()
+    )]
+    WholeEpisodes { scene: PathBuf },
     /// Every row failed on every seed.
     #[error(
         "every estimator failed on every seed of {}: the tables that were written say why", scene.display()
@@ -43,7 +48,7 @@ impl Ends for RunError {
     fn exit(&self) -> Exit {
         match self {
             Self::Panicked { .. } => Exit::Bug,
-            Self::Varies { .. } | Self::Undriven { .. } => Exit::BadInput,
+            Self::Varies { .. } | Self::Undriven { .. } | Self::WholeEpisodes { .. } => Exit::BadInput,
             Self::NothingAnswered { .. } | Self::NothingOf { .. } | Self::NothingSeen { .. } => {
                 Exit::NothingEvaluated
             }

@@ -48,6 +48,12 @@ pub fn line(
     if beside.associate && !pipeline.drives() {
         return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--associate`" }.into());
     }
+    if beside.online && !pipeline.drives() {
+        return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--online`" }.into());
+    }
+    if beside.online && pipeline.file.estimator.unknown_margin.is_some() {
+        return Err(RunError::WholeEpisodes { scene: scene.to_owned() }.into());
+    }
     let seeds = beside.part.of(seeds(&pipeline.file, stages));
     if pipeline.recorded().is_none() && beside.part == Part::default() {
         has_room(&pipeline, &seeds, scene)?;
@@ -73,7 +79,7 @@ pub fn line(
     })?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let (episodes, answers) = drive(&pipeline, &seeds, &models, &methods, &mut record)?;
-    let online = match beside.online && pipeline.drives() {
+    let online = match beside.online {
         true => record.timed("online", || online(&pipeline, &episodes, &methods))?,
         false => Vec::new(),
     };

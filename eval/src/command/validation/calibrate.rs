@@ -111,7 +111,20 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..settings.semantics };
     rows.push(row("1, every view", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
     let objects = evidence::TrueViews::of(&trials, loaded.viewing());
-    if let Some((fitted, gain)) = evidence::fit(&objects, loaded.viewing()) {
+    let gains = evidence::Gains::of(&objects, loaded.viewing()).unwrap_or_default();
+    if let Some((fitted, gain)) = evidence::Gains::most(&gains) {
+        writeln!(
+            stdout,
+            "azimuths that are off: nats a view above none, each view by itself and smoothly by concentration"
+        )?;
+        let concentrations = evidence::CONCENTRATIONS.map(|concentration| concentration.to_string());
+        let columns: Vec<&str> =
+            ["Off by [deg]", "white"].into_iter().chain(concentrations.iter().map(String::as_str)).collect();
+        let cells = |of: &evidence::Gains| {
+            let gains = std::iter::once(&of.white).chain(&of.smooth).map(|gain| format!("{gain:.3}"));
+            std::iter::once(of.sigma_deg.to_string()).chain(gains).collect()
+        };
+        print(stdout, &columns, gains.iter().map(cells).collect())?;
         let AzimuthDiscrepancy { sigma, concentration } = fitted;
         writeln!(
             stdout,

@@ -10,7 +10,8 @@ use vantage_slam::AzimuthDiscrepancy;
 use vantage_slam::discrepancy::Discrepant;
 
 const SIGMAS_DEG: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
-const CONCENTRATIONS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Concentrations of smooth errors that are tried.
+pub const CONCENTRATIONS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 /// Steps of Gauss-Newton to the most probable latent.
 const ITERATIONS: usize = 8;
 
@@ -54,15 +55,16 @@ impl TrueViews {
         self.0.len()
     }
 
-    /// `log P(m(z_1) .. m(z_n) | x_1 .. x_n)` by Laplace, nats up to a constant of the model; `None` where the model gives no finite answer.
-    fn evidence(&self, model: &dyn ObservationModel) -> Option<f64> {
+    /// `log P(m(z_1) .. m(z_n) | x_1 .. x_n)` by Laplace, nats up to a constant of the model, where each view's azimuth is off by `white`
+    /// radians; `None` where the model gives no finite answer.
+    fn evidence(&self, model: &dyn ObservationModel, white: f64) -> Option<f64> {
         let mut latent = self.1.clone().resize_vertically(model.latent_dim(), 0.0);
-        let mut near = self.near(model, &latent)?;
+        let mut near = self.near(model, white, &latent)?;
         for _ in 0..ITERATIONS {
             let step = near.hessian.solve(&near.gradient);
             let shorter = [1.0, 0.5, 0.25].into_iter().find_map(|share| {
                 let moved = &latent - &step * share;
-                let there = self.near(model, &moved)?;
+                let there = self.near(model, white, &moved)?;
                 (there.cost < near.cost).then_some((moved, there))
             });
             let Some((moved, there)) = shorter else { break };
@@ -72,15 +74,24 @@ impl TrueViews {
         Some(-near.cost - half_log_det)
     }
 
-    fn near(&self, model: &dyn ObservationModel, latent: &DVector<f64>) -> Option<Near> {
+    fn near(&self, model: &dyn ObservationModel, white: f64, latent: &DVector<f64>) -> Option<Near> {
         let dim = latent.len();
         let (whiten, nu) = (model.noise().sqrt_information(), model.noise().degrees_of_freedom());
         let mut hessian = DMatrix::identity(dim, dim);
         let (mut gradient, mut cost) = (latent.clone(), latent.norm_squared() / 2.0);
         for (measured, viewpoint) in &self.0 {
-            let Linearization { mean, d_latent, .. } = model.linearize(latent, viewpoint).ok()?;
-            let residual = whiten * (measured - mean);
-            let jacobian = -(whiten * d_latent);
+            let Linearization { mean, d_latent, d_viewpoint } = model.linearize(latent, viewpoint).ok()?;
+            let mut residual = whiten * (measured - mean);
+            let mut jacobian = -(whiten * d_latent);
+            // Whitens by I + g g^T, the derivative of g left out.
+            let g = whiten * d_viewpoint.by_azimuth(viewpoint) * white;
+            let stretch = 1.0 + g.norm_squared();
+            if stretch > 1.0 {
+                let shorter = (1.0 - 1.0 / stretch.sqrt()) / g.norm_squared();
+                residual -= &g * (shorter * g.dot(&residual));
+                jacobian -= &g * (g.tr_mul(&jacobian) * shorter);
+                cost += libm::log(stretch) / 2.0;
+            }
             let s = residual.norm_squared();
             let weight = student_t::weight(s, residual.len(), nu);
             cost += student_t::loss(s, residual.len(), nu);
@@ -98,18 +109,44 @@ struct Near {
     hessian: Cholesky<f64, nalgebra::Dyn>,
 }
 
-/// The discrepancy of most evidence among a grid's, and by how many nats a view its evidence is above that of none.
-pub fn fit(objects: &[TrueViews], model: &dyn ObservationModel) -> Option<(AzimuthDiscrepancy, f64)> {
-    let views: usize = objects.iter().map(TrueViews::len).sum();
-    let sum = |model: &dyn ObservationModel| -> Option<f64> {
-        objects.par_iter().map(|object| object.evidence(model)).sum()
-    };
-    let none = sum(model)?;
-    let grid = SIGMAS_DEG.into_iter().flat_map(|sigma| {
-        let sigma = f64::to_radians(sigma);
-        CONCENTRATIONS.map(|concentration| AzimuthDiscrepancy { sigma, concentration })
-    });
-    let scored = grid.filter_map(|of| Some((of, sum(&Discrepant::new(model, &of))?)));
-    let (best, evidence) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some((best, (evidence - none) / views as f64))
+/// What errors of the azimuth of one deviation gain over none, nats a view; minus infinity where the model gives no finite answer.
+pub struct Gains {
+    /// The deviation, degrees.
+    pub sigma_deg: f64,
+    /// Of errors that each view draws anew: the covariance of a view's residual grows along the derivative by the azimuth.
+    pub white: f64,
+    /// Of [smooth ones](Discrepant), by concentration.
+    pub smooth: [f64; CONCENTRATIONS.len()],
+}
+
+impl Gains {
+    /// Those of a grid of deviations; `None` where the model has no finite answer without an error.
+    pub fn of(objects: &[TrueViews], model: &dyn ObservationModel) -> Option<Vec<Self>> {
+        let views: usize = objects.iter().map(TrueViews::len).sum();
+        let sum = |model: &dyn ObservationModel, white: f64| -> Option<f64> {
+            objects.par_iter().map(|object| object.evidence(model, white)).sum()
+        };
+        let none = sum(model, 0.0)?;
+        let gain = |evidence: Option<f64>| {
+            evidence.map_or(f64::NEG_INFINITY, |evidence| (evidence - none) / views as f64)
+        };
+        let of_sigma = |sigma_deg: f64| {
+            let sigma = sigma_deg.to_radians();
+            let smooth = CONCENTRATIONS.map(|concentration| {
+                gain(sum(&Discrepant::new(model, &AzimuthDiscrepancy { sigma, concentration }), 0.0))
+            });
+            Self { sigma_deg, white: gain(sum(model, sigma)), smooth }
+        };
+        Some(SIGMAS_DEG.map(of_sigma).into())
+    }
+
+    /// The smooth error that gains most, and how much; `None` where none is defined.
+    pub fn most(all: &[Self]) -> Option<(AzimuthDiscrepancy, f64)> {
+        let each = all.iter().flat_map(|gains| {
+            let sigma = gains.sigma_deg.to_radians();
+            let of = move |(&concentration, &gain)| (AzimuthDiscrepancy { sigma, concentration }, gain);
+            CONCENTRATIONS.iter().zip(&gains.smooth).map(of)
+        });
+        each.filter(|(_, gain)| gain.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
 }
