@@ -12,7 +12,7 @@ use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
 use crate::domain::{Domain, DomainPrior};
 use crate::estimate::{Dropped, Estimate};
-use crate::factor::{Factor, GaussianPrior, StandardNormalPrior};
+use crate::factor::{GaussianPrior, StandardNormalPrior};
 use crate::input::{EstimateError, check_model, check_settings};
 use crate::laplace::log_evidence;
 use crate::lesson::DomainBelief;

@@ -1,5 +1,6 @@
 //! Objects that semantic factors are of: how they join a posterior, and the second modes of their orientations.
 
+use crate::factor::Factor;
 use crate::orientation::Mode;
 use crate::posterior::{Posterior, Seen};
 use crate::semantics::{SemanticObject, Semantics};
