@@ -104,7 +104,7 @@ fn a_bias_beyond_the_covariance_it_is_part_of_is_refused() {
         settings.odometry.bias =
             Some(OdometryBias { translation_per_metre: 0.9, rotation_deg_per_metre: 0.0 });
         let error = estimate(&world.observations, which, None, &settings).unwrap_err();
-        assert!(matches!(error, EstimateError::Odometry { index: 0, .. }), "{error}");
+        assert!(matches!(error, EstimateError::Bias { index: 0, .. }), "{error}");
         assert!(error.to_string().contains("lower the larger of `odometry_bias`"), "{error}");
         settings.odometry.bias =
             Some(OdometryBias { translation_per_metre: f64::NAN, rotation_deg_per_metre: 0.0 });
