@@ -90,7 +90,7 @@ fn rivals_run_and_are_calibrated_where_a_scene_names_them() {
     let results = Results::read(&scene.path("out/scenes/small")).unwrap();
     assert_eq!(results.table("trajectory").unwrap().runs_of("ideal_azimuth").len(), 2);
     let beliefs = results.table("semantics").map(|table| table.methods().to_vec());
-    assert_eq!(beliefs, None, "an ideal sensor's latent is of no model");
+    assert_eq!(beliefs, Some(vec![names[2].to_owned()]), "an ideal sensor's latent is of no model");
     let told = on(&scene, "calibrate", &["2"]);
     told.expect(0, &[]);
     let classes = rows(&told.stdout, "Exponents");

@@ -148,7 +148,7 @@ impl EstimatorSpec {
     }
 }
 
-fn each_once(rows: &Vec<Row>, (): &()) -> garde::Result {
+fn each_once(rows: &[Row], (): &()) -> garde::Result {
     let twice = rows.iter().enumerate().find(|(i, row)| rows[..*i].contains(row));
     twice.map_or(Ok(()), |(_, row)| {
         Err(garde::Error::new(format!("{row} stands there twice: name each row once")))

@@ -87,10 +87,14 @@ pub fn class_recall(believed: &[Belief], earlier: &[Belief]) -> Option<f64> {
 
 /// Adjusted Rand index of the classes of `believed` and the last of `earlier`, and of as many clusters of their latents by Ward's linkage.
 ///
-/// `None` where there is one class alone, or no class twice, or a latent is not finite or of another length.
+/// `None` where nothing is believed, there is one class alone, or no class twice, or a latent is not finite or of another length.
 pub fn class_ari(believed: &[Belief], earlier: &[Belief]) -> Option<f64> {
+    let own = latents(believed);
+    if own.is_empty() {
+        return None;
+    }
     let mut all = latents(earlier);
-    all.extend(latents(believed));
+    all.extend(own);
     let all = &all[all.len().saturating_sub(CLUSTERED)..];
     let mut numbers = BTreeMap::new();
     let classes: Vec<usize> = all
@@ -165,7 +169,9 @@ mod tests {
         assert_eq!(ari(&[belief("mug", &[0.5]), belief("book", &[4.5])]), Some(1.0));
         let mixed = ari(&[belief("book", &[0.5]), belief("mug", &[4.5])]).unwrap();
         assert!(mixed < 0.0, "{mixed}");
-        assert_eq!(ari(&[]), None, "no class twice");
+        let twice = [belief("mug", &[0.0]), belief("mug", &[0.1]), belief("book", &[4.0])];
+        assert_eq!(class_ari(&[], &twice), None, "nothing of its own");
+        assert_eq!(ari(&[belief("shoe", &[9.0])]), None, "no class twice");
         assert_eq!(class_ari(&[belief("a", &[0.0]), belief("a", &[1.0])], &[]), None, "one class alone");
         assert_eq!(ari(&[belief("mug", &[f32::NAN])]), None);
         let same: Vec<Belief> = (0..40).map(|i| belief(&format!("{}", i % 4), &[0.0])).collect();

@@ -2,6 +2,7 @@
 
 use super::Trial;
 use crate::pipeline::true_viewpoint;
+use garde::Validate;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use vantage_dataset::Viewpoint;
@@ -140,13 +141,13 @@ impl Gains {
         Some(SIGMAS_DEG.map(of_sigma).into())
     }
 
-    /// The smooth error that gains most, and how much; `None` where none is defined.
+    /// The smooth error that gains most of those that an estimator takes, and how much; `None` where none is defined.
     pub fn most(all: &[Self]) -> Option<(AzimuthDiscrepancy, f64)> {
         let each = all.iter().flat_map(|gains| {
             let sigma = gains.sigma_deg.to_radians();
             let of = move |(&concentration, &gain)| (AzimuthDiscrepancy { sigma, concentration }, gain);
             CONCENTRATIONS.iter().zip(&gains.smooth).map(of)
         });
-        each.filter(|(_, gain)| gain.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1))
+        each.filter(|(of, gain)| gain.is_finite() && of.validate().is_ok()).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
