@@ -1,12 +1,13 @@
-//! The evidence of a few variables near a maximum, by Laplace's method.
+//! The evidence of variables near a maximum, by Laplace's method.
 
 use crate::graph::Graph;
+use crate::linear::{Memory, Reduced, Structure};
 use crate::variable::{Key, Values};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 
 /// `log` of the integral of `exp(-cost)` over the tangents of the variables `free` about `values`, which should be a maximum over them.
-/// The Hessian is that of Gauss and Newton, dense. `None` where a factor is undefined or the Hessian not positive definite.
+/// The Hessian is that of Gauss and Newton, dense: for a few variables. `None` where a factor is undefined or the Hessian not positive definite.
 pub fn log_evidence(graph: &Graph<'_>, values: &Values, free: &[Key]) -> Option<f64> {
     let mut first = Vec::with_capacity(free.len());
     let mut dim = 0;
@@ -38,6 +39,17 @@ pub fn log_evidence(graph: &Graph<'_>, values: &Values, free: &[Key]) -> Option<
     evidence.is_finite().then_some(evidence)
 }
 
+/// [`log_evidence`] of all variables, sparse.
+pub fn log_evidence_of_all(graph: &Graph<'_>, values: &Values) -> Option<f64> {
+    let structure = Structure::new(graph, values, |_| true)?;
+    let system = structure.linearize(graph, values)?;
+    let mut memory = Memory::default();
+    let half_log_det = Reduced::new(&system, 0.0, &mut memory)?.half_log_det(&mut memory)?;
+    let dim: usize = values.iter().map(|(_, value)| value.dim()).sum();
+    let evidence = dim as f64 / 2.0 * libm::log(2.0 * PI) - graph.cost(values)? - half_log_det;
+    evidence.is_finite().then_some(evidence)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,5 +70,7 @@ mod tests {
         let evidence = log_evidence(&graph, &values, &[Key::Latent(0)]).unwrap();
         assert_relative_eq!(evidence, 1.5 * libm::log(2.0 * PI) - 0.25, max_relative = 1e-14);
         assert_eq!(log_evidence(&graph, &values, &[Key::Latent(2)]), None);
+        let all = log_evidence(&graph, &values, &[Key::Latent(0), Key::Latent(1)]).unwrap();
+        assert_relative_eq!(log_evidence_of_all(&graph, &values).unwrap(), all, max_relative = 1e-14);
     }
 }

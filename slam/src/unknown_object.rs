@@ -9,17 +9,14 @@
 //! as high and as far off as this one: the null expects what the model expects, but for the shapes that it knows.
 
 use crate::graph::Graph;
-use crate::laplace::log_evidence;
+use crate::laplace::log_evidence_of_all;
 use crate::noise::Kernel;
-use crate::orientation::REFINEMENT;
 use crate::semantics::{SemanticObject, SemanticView, Semantics};
 use crate::settings::SemanticSettings;
-use crate::sighting::Sighting;
-use crate::solve::solve;
 use crate::variable::{Key, Value, Values};
-use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::f64::consts::PI;
-use vantage_dataset::{Pose, Seed, Viewpoint};
+use vantage_dataset::{Seed, Viewpoint};
 use vantage_model::periodic::{FEATURES, HARMONICS};
 use vantage_model::{ObservationModel, student_t};
 
@@ -108,75 +105,62 @@ impl UnknownObject {
     }
 }
 
-/// `log p(views | the model knows the object) - log p(views | it does not)`, nats, with the robot held at `values`, which hold the object's
-/// pose and latent; `None` where either is not defined, as by a model whose predictions are not finite.
+/// What geometry alone makes of an episode.
+pub struct Geometry {
+    /// Its maximum.
+    pub values: Values,
+    /// [`log_evidence_of_all`], nats.
+    pub log_evidence: f64,
+}
+
+/// `log p(all | the model knows the object) - log p(all | it does not)`, nats, where `graph` holds the factors of geometry and those of
+/// this object's crops, and `values` its maximum; `None` where either is not defined, as by a model whose predictions are not finite.
 ///
-/// Both integrate over where the object is, under its bearings, by Laplace's method; the first also over orientation and latent.
+/// Both integrate over all variables by Laplace's method, the robot's too. Azimuths of the null hypothesis are those of geometry alone.
 pub fn log_odds(
     semantics: &Semantics<'_, '_>,
     object: &SemanticObject,
-    sightings: &[Sighting],
-    values: &Values,
+    (graph, values): (&Graph<'_>, &Values),
+    geometry: &Geometry,
 ) -> Option<f64> {
-    let track = object.track;
-    let keys = sightings.iter().map(|s| Key::Robot(s.step)).chain([Key::Offset(track), Key::Domain]);
-    let mut held = Values::default();
-    for (key, value) in keys.filter_map(|key| Some((key, values.get(key)?))) {
-        held.insert(key, value.clone());
-    }
-    let pose = *values.pose(Key::Object(track))?;
-    let latent = values.vector(Key::Latent(track))?.clone();
-    let mut bearings = Graph::default();
-    semantics.problem.add_bearings(&mut bearings, track, sightings);
-    let unknown = log_unknown(semantics, object, &bearings, held.clone(), pose.translation.vector)?;
-    semantics.add_factors(&mut bearings, object, &object.views, pose.rotation);
-    Some(log_known(semantics, object, &bearings, held, (pose, latent))? - unknown)
+    let SemanticSettings { information_scale, .. } = semantics.settings;
+    let known = log_evidence_of_all(graph, values)? + log_normalizers(semantics, object, values, geometry)?;
+    let null = log_null(semantics, object, &geometry.values)?;
+    Some(known - geometry.log_evidence - information_scale * null)
 }
 
-fn log_known(
+/// What the cost leaves out of the densities of views, and of the priors of the variables that come with them.
+fn log_normalizers(
     semantics: &Semantics<'_, '_>,
     object: &SemanticObject,
-    graph: &Graph<'_>,
-    mut start: Values,
-    (pose, latent): (Pose, DVector<f64>),
+    values: &Values,
+    geometry: &Geometry,
 ) -> Option<f64> {
     let SemanticSettings { tilt_sigma, information_scale, .. } = semantics.settings;
     let noise = semantics.model.noise();
-    let of_views =
-        object.views.len() as f64 * student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom());
-    // Of the latent, of the tilt, and of a yaw that may be any.
-    let of_priors = -(latent.len() as f64) / 2.0 * libm::log(2.0 * PI)
-        - libm::log(2.0 * PI * tilt_sigma * tilt_sigma)
-        - libm::log(2.0 * PI);
-    let free = [Key::Object(object.track), Key::Latent(object.track)];
-    start.insert(free[0], Value::Pose(pose));
-    start.insert(free[1], Value::Vector(latent));
-    let best = solve(graph, start, |key| free.contains(&key), REFINEMENT);
-    Some(log_evidence(graph, &best.values, &free)? + of_priors + information_scale * of_views)
+    let of_view = student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom());
+    let latent = values.vector(Key::Latent(object.track))?.len() as f64;
+    let of_latent = -latent / 2.0 * libm::log(2.0 * PI);
+    // Of the tilt, and of a yaw that may be any.
+    let of_orientation = match geometry.values.get(Key::Object(object.track))? {
+        Value::Pose(_) => 0.0,
+        _ => -libm::log(2.0 * PI * tilt_sigma * tilt_sigma) - libm::log(2.0 * PI),
+    };
+    Some(of_latent + of_orientation + information_scale * object.views.len() as f64 * of_view)
 }
 
-fn log_unknown(
-    semantics: &Semantics<'_, '_>,
-    object: &SemanticObject,
-    bearings: &Graph<'_>,
-    mut start: Values,
-    position: Vector3<f64>,
-) -> Option<f64> {
-    let key = Key::Object(object.track);
-    start.insert(key, Value::Point(position));
-    let best = solve(bearings, start, |free| free == key, REFINEMENT);
-    let position = best.values.get(key)?.position()?;
+/// `log p(y_1 .. y_n)` of an object's views under the null hypothesis, the robot and the object where `values` have them.
+fn log_null(semantics: &Semantics<'_, '_>, object: &SemanticObject, values: &Values) -> Option<f64> {
+    let position = values.get(Key::Object(object.track))?.position()?;
     let azimuth = |view: &SemanticView| {
-        let world_from_camera = semantics.problem.world_from_camera(&best.values, view.sighting.step)?;
+        let world_from_camera = semantics.problem.world_from_camera(values, view.sighting.step)?;
         let direction = world_from_camera.translation.vector - position;
         Some(libm::atan2(direction.y, direction.x))
     };
     let views = object.views.iter().map(|view| Some((&view.measurement, azimuth(view)?)));
     let views: Vec<_> = views.collect::<Option<_>>()?;
     let viewpoints: Vec<Viewpoint> = object.views.iter().map(|view| view.viewpoint).collect();
-    let SemanticSettings { noise_scale, information_scale, .. } = semantics.settings;
-    let null = UnknownObject::of(semantics.model, &viewpoints, noise_scale)?;
-    Some(log_evidence(bearings, &best.values, &[key])? + information_scale * null.log_likelihood(&views)?)
+    UnknownObject::of(semantics.model, &viewpoints, semantics.settings.noise_scale)?.log_likelihood(&views)
 }
 
 /// The whitened predictions of the random object `index` at evenly spaced azimuths, `[M x AZIMUTHS]`.

@@ -11,10 +11,10 @@ pub use drawn::SeenView;
 use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
 use crate::domain::{Domain, DomainPrior};
-use crate::estimate::{Dropped, Estimate};
+use crate::estimate::Estimate;
 use crate::factor::{GaussianPrior, StandardNormalPrior};
 use crate::input::{EstimateError, check_model, check_settings};
-use crate::laplace::log_evidence;
+use crate::laplace::log_evidence_of_all;
 use crate::lesson::DomainBelief;
 use crate::online::{Online, Reading};
 use crate::orientation::modes;
@@ -22,14 +22,14 @@ use crate::posterior::Posterior;
 use crate::semantics::{SemanticObject, Semantics};
 use crate::settings::{OrientationSettings, SemanticSettings, Settings};
 use crate::sighting::Sighting;
-use crate::solve::{Outcome, Solution};
-use crate::unknown_object::log_odds;
+use crate::solve::Outcome;
+use crate::unknown_object::{Geometry, log_odds};
 use crate::variable::{Key, Value, Values};
 use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 use vantage_dataset::{Camera, Observations, Pose};
-use vantage_model::ObservationModel;
+use vantage_model::{AnswerError, ObservationModel};
 
 /// The geometric estimator's factors and those of Eq. 9-10, by one observation model.
 pub struct Semantic<'m> {
@@ -97,13 +97,12 @@ impl Semantic<'_> {
 
     fn evidence_of(&self, posterior: &Posterior<'_>, added: &BTreeMap<usize, Added>) -> Option<f64> {
         let Posterior { graph, solution, .. } = posterior;
-        let keys: Vec<Key> = solution.values.iter().map(|(key, _)| key).collect();
         let views: usize = added.values().map(|added| added.object.views.len()).sum();
         // What whitening takes out of each view's density.
         let SemanticSettings { noise_scale, information_scale, .. } = self.semantics;
         let numbers = (views * self.model.measurement_dim()) as f64;
         let spread = information_scale * numbers * libm::log(noise_scale);
-        log_evidence(graph, &solution.values, &keys).map(|evidence| evidence - spread)
+        log_evidence_of_all(graph, &solution.values).map(|evidence| evidence - spread)
     }
 
     /// Likewise, with the normalizer of the domain's prior; and what is known of the domain after it, which is `None` where the solver came
@@ -160,31 +159,60 @@ impl Semantic<'_> {
             posterior.solution.values.insert(Key::Domain, Value::Vector(start));
         }
         let semantics = Semantics { problem, model, settings: self.semantics, domain };
+        let unknown = self.unknown(&semantics, &mut posterior)?;
+        let added = self.read(&semantics, &mut posterior, |track| !unknown.contains_key(&track))?;
+        posterior.dropped.unknown_object = unknown.into_values().sum();
+        Ok((posterior, added))
+    }
+
+    /// Adds the crops of the tracks that are `of` interest, and solves again.
+    fn read<'p>(
+        &self,
+        semantics: &Semantics<'_, 'p>,
+        posterior: &mut Posterior<'p>,
+        of: impl Fn(usize) -> bool,
+    ) -> Result<BTreeMap<usize, Added>, AnswerError> {
         let start = |object: &SemanticObject, sightings: &[Sighting], values: &Values| {
-            let modes = modes(&semantics, &self.orientation, object, sightings, values)?;
+            let modes = modes(semantics, &self.orientation, object, sightings, values)?;
             let margin = match modes.as_slice() {
                 [best, second, ..] => second.cost - best.cost,
                 _ => f64::INFINITY,
             };
             Ok(Start { modes, margin })
         };
-        let geometric = Before::of(&posterior);
+        let reads = |track, sighting: &Sighting| of(track) && !self.hidden.contains(&sighting.detection);
+        let solver = &self.geometric.solver;
+        let mut added = add_semantics(semantics, posterior, solver, reads, start)?;
+        try_alternatives(posterior, &mut added, solver, &self.orientation);
+        Ok(added)
+    }
+
+    /// The objects that the model does not know, with the numbers of their views: each is asked by its own crops, without those of others.
+    fn unknown<'p>(
+        &self,
+        semantics: &Semantics<'_, 'p>,
+        posterior: &mut Posterior<'p>,
+    ) -> Result<BTreeMap<usize, usize>, AnswerError> {
         let mut unknown = BTreeMap::new();
-        let added = loop {
-            let reads = |track, sighting: &Sighting| {
-                !unknown.contains_key(&track) && !self.hidden.contains(&sighting.detection)
-            };
-            let mut added = add_semantics(&semantics, &mut posterior, &self.geometric.solver, reads, start)?;
-            try_alternatives(&mut posterior, &mut added, &self.geometric.solver, &self.orientation);
-            let found = unknown_of(&semantics, &posterior, &added);
-            if found.is_empty() {
-                break added;
-            }
-            unknown.extend(found);
-            geometric.restore(&mut posterior);
+        let Some(margin) = self.semantics.unknown_margin else { return Ok(unknown) };
+        let (factors, dropped) = (posterior.graph.factors().count(), posterior.dropped);
+        let alone = posterior.solution.clone();
+        let Some(log_evidence) = log_evidence_of_all(&posterior.graph, &alone.values) else {
+            return Ok(unknown);
         };
-        posterior.dropped.unknown_object = unknown.into_values().sum();
-        Ok((posterior, added))
+        let geometry = Geometry { values: alone.values.clone(), log_evidence };
+        for track in posterior.sightings.keys().copied().collect::<Vec<_>>() {
+            let added = self.read(semantics, posterior, |other| other == track)?;
+            if let Some(Added { object, .. }) = added.get(&track) {
+                let known = (&posterior.graph, &posterior.solution.values);
+                if log_odds(semantics, object, known, &geometry).is_some_and(|odds| odds < -margin) {
+                    unknown.insert(track, object.views.len());
+                }
+            }
+            posterior.graph.truncate(factors);
+            (posterior.solution, posterior.dropped) = (alone.clone(), dropped);
+        }
+        Ok(unknown)
     }
 }
 
@@ -210,39 +238,4 @@ impl Estimator for Semantic<'_> {
         };
         Some(checked())
     }
-}
-
-/// A geometric posterior before semantic factors were added.
-struct Before {
-    factors: usize,
-    solution: Solution,
-    dropped: Dropped,
-}
-
-impl Before {
-    fn of(posterior: &Posterior<'_>) -> Self {
-        let Posterior { graph, solution, dropped, .. } = posterior;
-        Self { factors: graph.factors().count(), solution: solution.clone(), dropped: *dropped }
-    }
-
-    fn restore(&self, posterior: &mut Posterior<'_>) {
-        posterior.graph.truncate(self.factors);
-        posterior.solution = self.solution.clone();
-        posterior.dropped = self.dropped;
-    }
-}
-
-/// The objects that the model does not know, by their own views where they were found, with the number of these.
-fn unknown_of(
-    semantics: &Semantics<'_, '_>,
-    posterior: &Posterior<'_>,
-    added: &BTreeMap<usize, Added>,
-) -> Vec<(usize, usize)> {
-    let Some(margin) = semantics.settings.unknown_margin else { return Vec::new() };
-    let is_unknown = |(&track, added): (&usize, &Added)| {
-        let sightings = posterior.sightings.get(&track)?;
-        let odds = log_odds(semantics, &added.object, sightings, &posterior.solution.values)?;
-        (odds < -margin).then_some((track, added.object.views.len()))
-    };
-    added.iter().filter_map(is_unknown).collect()
 }

@@ -3,7 +3,8 @@
 use super::structure::Structure;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SparseColMatRef;
-use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky};
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
+use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::{Conj, MatMut, Par, Side};
 
 /// What factorisations of one structure work in, one after the other.
@@ -60,6 +61,25 @@ impl<'s> Cholesky<'s> {
             Par::Seq,
             MemStack::new(&mut scratch),
         );
+    }
+
+    /// Half the logarithm of the matrix's determinant.
+    pub fn half_log_det(&self) -> f64 {
+        let ln = |x: &f64| libm::log(*x);
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(simplicial) => {
+                let starts = &simplicial.col_ptr()[..simplicial.ncols()];
+                starts.iter().map(|&start| ln(&self.numbers[start])).sum()
+            }
+            SymbolicCholeskyRaw::Supernodal(supernodal) => {
+                let factor = SupernodalLltRef::new(supernodal, &self.numbers);
+                let of_node = |node| {
+                    let block = factor.supernode(node).val();
+                    (0..block.ncols()).map(|i| ln(&block[(i, i)])).sum::<f64>()
+                };
+                (0..supernodal.n_supernodes()).map(of_node).sum()
+            }
+        }
     }
 
     /// Gives its memory back.

@@ -106,6 +106,19 @@ impl<'s> Reduced<'s> {
         Cholesky::new(self.structure, &self.hessian, memory)
     }
 
+    /// Half the logarithm of the determinant of the whole system, latents included; `None` where it is not positive definite.
+    pub fn half_log_det(&self, memory: &mut Memory) -> Option<f64> {
+        let of_locals = |eliminated: &Eliminated| {
+            let lower = eliminated.factor.L();
+            (0..lower.nrows()).map(|i| libm::log(lower[(i, i)])).sum::<f64>()
+        };
+        let kept = match self.structure.columns {
+            0 => 0.0,
+            _ => self.factorize(memory)?.half_log_det(),
+        };
+        Some(kept + self.eliminated.iter().map(of_locals).sum::<f64>())
+    }
+
     /// Gives its memory back.
     pub(super) fn recycle(self, memory: &mut Memory) {
         memory.reduced = self.hessian;

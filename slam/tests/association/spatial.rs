@@ -9,7 +9,7 @@ use vantage_slam::association::{
 };
 use vantage_slam::factor::{BetweenFactor, PosePrior};
 use vantage_slam::graph::Graph;
-use vantage_slam::laplace::log_evidence;
+use vantage_slam::laplace::{log_evidence, log_evidence_of_all};
 use vantage_slam::solve::{Limits as SolveLimits, solve};
 use vantage_slam::variable::{Value, Values};
 
@@ -107,6 +107,8 @@ fn poses_in_space_reach_the_maximum_and_its_evidence() {
         assert!(off < 1e-5, "{key}: {off}");
     }
     let expected = log_evidence(&graph, &solution.values, &keys).unwrap();
+    let sparse = log_evidence_of_all(&graph, &solution.values).unwrap();
+    assert!((sparse - expected).abs() < 1e-8, "{sparse} for {expected}");
     let got = best.estimator().log_evidence();
     assert!((got - expected).abs() < 1e-4, "{got} for {expected}");
 }

@@ -13,6 +13,7 @@ use vantage_slam::factor::{
 };
 use vantage_slam::graph::Graph;
 use vantage_slam::incremental::{Place, Smoother, Term, Thresholds, Tree};
+use vantage_slam::laplace::{log_evidence, log_evidence_of_all};
 use vantage_slam::linear::Structure;
 use vantage_slam::noise::Kernel;
 use vantage_slam::solve::{Limits, solve};
@@ -199,6 +200,10 @@ fn latents_settle_at_the_maximum_and_the_marginals_of_the_whole_problem() {
     let structure = Structure::new(&graph, &whole.values, |_| true).unwrap();
     let system = structure.linearize(&graph, &whole.values).unwrap();
     let marginals = Marginals::new(&system).unwrap();
+    let keys: Vec<Key> = whole.values.iter().map(|(key, _)| key).collect();
+    let dense = log_evidence(&graph, &whole.values, &keys).unwrap();
+    let sparse = log_evidence_of_all(&graph, &whole.values).unwrap();
+    assert!((sparse - dense).abs() < 1e-8, "{sparse} for {dense}");
 
     let first = away_from(&whole.values, 1e-3, Seed(13));
     let mut smoother = Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, rounds: 3 });

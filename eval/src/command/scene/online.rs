@@ -9,7 +9,9 @@ use crate::result::grid::Style;
 use crate::result::step_times::{STEP_TIMES, step_times};
 use crate::result::trajectory::Trajectory;
 use crate::score::online::newest_errors;
+use std::collections::BTreeMap;
 use std::time::Duration;
+use vantage_dataset::Observations;
 use vantage_dataset::store::{read_observations, read_truth};
 
 /// Name of the picture.
@@ -18,12 +20,18 @@ const PICTURE: &str = "online.svg";
 /// Writes them; returns the picture's name, where there is one.
 pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Option<&'static str>, BenchError> {
     let mut errors: Vec<Errors<'_>> = scored.methods.iter().map(|name| (&**name, Vec::new())).collect();
+    let mut by_detections: BTreeMap<(usize, usize), Vec<Duration>> = BTreeMap::new();
     for ((seed, episode), (_, runs)) in scored.episodes.iter().zip(&scored.online) {
         let Ok(episode) = episode else { continue };
         let truth = read_truth(&episode.folder)?;
-        let timestamps = read_observations(&episode.folder)?.timestamps;
-        for ((name, of_row), run) in errors.iter_mut().zip(runs) {
-            let Some(Ok(OnlineRun { newest, .. })) = run else { continue };
+        let Observations { timestamps, detections, .. } = read_observations(&episode.folder)?;
+        let mut seen = vec![0; timestamps.len()];
+        detections.iter().for_each(|detection| seen[detection.step] += 1);
+        for (row, ((name, of_row), run)) in errors.iter_mut().zip(runs).enumerate() {
+            let Some(Ok(OnlineRun { newest, times, .. })) = run else { continue };
+            for (&seen, &time) in seen.iter().zip(times) {
+                by_detections.entry((row, seen)).or_default().push(time);
+            }
             of_row.push(newest_errors(&truth.world_from_robot, newest)?);
             let trajectory = Trajectory::new(timestamps.clone(), newest.clone())?;
             folder.write_trajectory(&format!("{}/{name}.online.tum", seed.0), &trajectory)?;
@@ -35,7 +43,12 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Option<&'static s
     }
     let title = format!("{}: where the robot takes itself to be, step by step", scored.results.scene);
     folder.write(PICTURE, online_svg(&title, &errors)?.as_bytes())?;
-    folder.write(STEP_TIMES, step_times(&times(scored), Style::Markdown).as_bytes())?;
+    let named = |((row, seen), times)| (format!("{}, {seen} seen", scored.methods[row]), times);
+    let by_detections: Vec<(String, Vec<Duration>)> = by_detections.into_iter().map(named).collect();
+    let tables =
+        [times(scored), by_detections.iter().map(|(name, times)| (&**name, times.clone())).collect()];
+    let tables = tables.map(|rows| step_times(&rows, Style::Markdown)).join("\n\n");
+    folder.write(STEP_TIMES, tables.as_bytes())?;
     Ok(Some(PICTURE))
 }
 

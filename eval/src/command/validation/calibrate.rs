@@ -8,6 +8,9 @@
 //! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they
 //! promise.
 //!
+//! Then how much more probable validation crops at their true viewpoints are where the model's azimuths are off, and where each object has a
+//! scale of noise of its own.
+//!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
 //! its place, without the objects that the model does not know by an `estimator.unknown_margin`. Likewise of the rows beside a model's that the scene
 //! names: `gaussian_process`, whose hyper-parameters of most marginal likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last
@@ -131,6 +134,16 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
             "azimuth off by {:.1} degrees with a concentration of {concentration}: {gain:.3} nats a view more probable than on the spot\n",
             sigma.to_degrees()
         )?;
+        if let Some(gains) = evidence::scale_gains(&objects, loaded.viewing()) {
+            writeln!(
+                stdout,
+                "noise of each object multiplied by a factor of its own: nats a view above none, by the spread of its logarithm"
+            )?;
+            let spreads = evidence::SCALE_SPREADS.map(|spread| spread.to_string());
+            let columns: Vec<&str> = spreads.iter().map(String::as_str).collect();
+            print(stdout, &columns, vec![gains.iter().map(|gain| format!("{gain:.3}")).collect()])?;
+            writeln!(stdout)?;
+        }
         settings.semantics.azimuth_discrepancy = Some(fitted);
         rows.push(row("1, with a discrepancy", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
         for margin in MARGINS {

@@ -13,6 +13,11 @@ use vantage_slam::discrepancy::Discrepant;
 const SIGMAS_DEG: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
 /// Concentrations of smooth errors that are tried.
 pub const CONCENTRATIONS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+/// Deviations that are tried of the logarithm of a factor by which each object multiplies the noise of its views.
+pub const SCALE_SPREADS: [f64; 4] = [0.1, 0.2, 0.3, 0.5];
+/// Logarithms of such factors, over which evidences are summed.
+const LOG_SCALES: [f64; 17] =
+    [-1.6, -1.4, -1.2, -1.0, -0.8, -0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6];
 /// Steps of Gauss-Newton to the most probable latent.
 const ITERATIONS: usize = 8;
 
@@ -56,16 +61,16 @@ impl TrueViews {
         self.0.len()
     }
 
-    /// `log P(m(z_1) .. m(z_n) | x_1 .. x_n)` by Laplace, nats up to a constant of the model, where each view's azimuth is off by `white`
-    /// radians; `None` where the model gives no finite answer.
-    fn evidence(&self, model: &dyn ObservationModel, white: f64) -> Option<f64> {
+    /// `log P(m(z_1) .. m(z_n) | x_1 .. x_n)` by Laplace, nats up to a constant of the model, under such noise; `None` where the model gives
+    /// no finite answer.
+    fn evidence(&self, model: &dyn ObservationModel, noise: ViewNoise) -> Option<f64> {
         let mut latent = self.1.clone().resize_vertically(model.latent_dim(), 0.0);
-        let mut near = self.near(model, white, &latent)?;
+        let mut near = self.near(model, noise, &latent)?;
         for _ in 0..ITERATIONS {
             let step = near.hessian.solve(&near.gradient);
             let shorter = [1.0, 0.5, 0.25].into_iter().find_map(|share| {
                 let moved = &latent - &step * share;
-                let there = self.near(model, white, &moved)?;
+                let there = self.near(model, noise, &moved)?;
                 (there.cost < near.cost).then_some((moved, there))
             });
             let Some((moved, there)) = shorter else { break };
@@ -75,17 +80,18 @@ impl TrueViews {
         Some(-near.cost - half_log_det)
     }
 
-    fn near(&self, model: &dyn ObservationModel, white: f64, latent: &DVector<f64>) -> Option<Near> {
+    fn near(&self, model: &dyn ObservationModel, noise: ViewNoise, latent: &DVector<f64>) -> Option<Near> {
+        let ViewNoise { white, scale } = noise;
         let dim = latent.len();
-        let (whiten, nu) = (model.noise().sqrt_information(), model.noise().degrees_of_freedom());
+        let (whiten, nu) = (model.noise().sqrt_information() / scale, model.noise().degrees_of_freedom());
         let mut hessian = DMatrix::identity(dim, dim);
         let (mut gradient, mut cost) = (latent.clone(), latent.norm_squared() / 2.0);
         for (measured, viewpoint) in &self.0 {
             let Linearization { mean, d_latent, d_viewpoint } = model.linearize(latent, viewpoint).ok()?;
-            let mut residual = whiten * (measured - mean);
-            let mut jacobian = -(whiten * d_latent);
+            let mut residual = &whiten * (measured - mean);
+            let mut jacobian = -(&whiten * d_latent);
             // Whitens by I + g g^T, the derivative of g left out.
-            let g = whiten * d_viewpoint.by_azimuth(viewpoint) * white;
+            let g = &whiten * d_viewpoint.by_azimuth(viewpoint) * white;
             let stretch = 1.0 + g.norm_squared();
             if stretch > 1.0 {
                 let shorter = (1.0 - 1.0 / stretch.sqrt()) / g.norm_squared();
@@ -95,12 +101,53 @@ impl TrueViews {
             }
             let s = residual.norm_squared();
             let weight = student_t::weight(s, residual.len(), nu);
-            cost += student_t::loss(s, residual.len(), nu);
+            cost += student_t::loss(s, residual.len(), nu) + residual.len() as f64 * libm::log(scale);
             hessian.gemm_tr(weight, &jacobian, &jacobian, 1.0);
             gradient.gemv_tr(weight, &jacobian, &residual, 1.0);
         }
         Some(Near { cost, gradient, hessian: hessian.cholesky()? })
     }
+}
+
+/// How the noise of views differs from the model's.
+#[derive(Clone, Copy)]
+struct ViewNoise {
+    /// By how much each view's azimuth is off, radians.
+    white: f64,
+    /// Multiplies the noise.
+    scale: f64,
+}
+
+impl ViewNoise {
+    /// It does not.
+    const NONE: Self = Self { white: 0.0, scale: 1.0 };
+}
+
+/// What a factor of each object's own on the noise of its views gains over none, nats a view, by its [spread](SCALE_SPREADS); `None` where the
+/// model has no finite answer.
+pub fn scale_gains(
+    objects: &[TrueViews],
+    model: &dyn ObservationModel,
+) -> Option<[f64; SCALE_SPREADS.len()]> {
+    let views: usize = objects.iter().map(TrueViews::len).sum();
+    let by_scale = |object: &TrueViews| -> Option<[f64; LOG_SCALES.len()]> {
+        let mut all = [0.0; LOG_SCALES.len()];
+        for (evidence, log_scale) in all.iter_mut().zip(LOG_SCALES) {
+            *evidence =
+                object.evidence(model, ViewNoise { scale: libm::exp(log_scale), ..ViewNoise::NONE })?;
+        }
+        Some(all)
+    };
+    let all: Vec<_> = objects.par_iter().map(by_scale).collect::<Option<_>>()?;
+    let of_spread = |spread: f64| {
+        let prior = LOG_SCALES.map(|log_scale| -(log_scale / spread) * (log_scale / spread) / 2.0);
+        let gain = |evidences: &[f64; LOG_SCALES.len()]| {
+            let joint: [f64; LOG_SCALES.len()] = std::array::from_fn(|i| evidences[i] + prior[i]);
+            log_sum_exp(&joint) - log_sum_exp(&prior) - evidences[LOG_SCALES.len() / 2]
+        };
+        all.iter().map(gain).sum::<f64>() / views as f64
+    };
+    Some(SCALE_SPREADS.map(of_spread))
 }
 
 /// The negative log-posterior of a latent, its gradient, and its Hessian by Gauss and Newton.
@@ -125,7 +172,8 @@ impl Gains {
     pub fn of(objects: &[TrueViews], model: &dyn ObservationModel) -> Option<Vec<Self>> {
         let views: usize = objects.iter().map(TrueViews::len).sum();
         let sum = |model: &dyn ObservationModel, white: f64| -> Option<f64> {
-            objects.par_iter().map(|object| object.evidence(model, white)).sum()
+            let noise = ViewNoise { white, ..ViewNoise::NONE };
+            objects.par_iter().map(|object| object.evidence(model, noise)).sum()
         };
         let none = sum(model, 0.0)?;
         let gain = |evidence: Option<f64>| {
@@ -149,5 +197,22 @@ impl Gains {
             CONCENTRATIONS.iter().zip(&gains.smooth).map(of)
         });
         each.filter(|(of, gain)| gain.is_finite() && of.validate().is_ok()).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+fn log_sum_exp(logs: &[f64]) -> f64 {
+    let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + libm::log(logs.iter().map(|log| libm::exp(log - most)).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn logs_of_sums_do_not_overflow() {
+        assert_relative_eq!(log_sum_exp(&[1000.0, 1000.0]), 1000.0 + libm::log(2.0), max_relative = 1e-14);
+        assert_eq!(log_sum_exp(&[f64::NEG_INFINITY, 3.0]), 3.0);
     }
 }
