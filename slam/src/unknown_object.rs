@@ -138,7 +138,8 @@ fn log_normalizers(
 ) -> Option<f64> {
     let SemanticSettings { tilt_sigma, information_scale, .. } = semantics.settings;
     let noise = semantics.model.noise();
-    let of_view = student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom());
+    let of_view = student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom())
+        - noise.dimension() as f64 * libm::log(object.noise_factor);
     let latent = values.vector(Key::Latent(object.track))?.len() as f64;
     let of_latent = -latent / 2.0 * libm::log(2.0 * PI);
     // Of the tilt, and of a yaw that may be any.

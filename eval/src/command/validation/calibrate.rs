@@ -41,6 +41,8 @@ use vantage_slam::{
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
+/// `estimator.object_noise_spread` that is tried.
+const OBJECT_NOISE_SPREAD: f64 = 0.3;
 /// `estimator.unknown_margin`, nats.
 const MARGINS: [f64; 4] = [100.0, 50.0, 20.0, 0.0];
 
@@ -57,6 +59,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     let mut settings = pipeline.file.estimator.settings();
     settings.solver.covariances = true;
     settings.semantics.azimuth_discrepancy = None;
+    settings.semantics.object_noise_spread = None;
     settings.semantics.unknown_margin = None;
     let of = |estimator: &dyn Estimator| {
         estimated(&pipeline, &trials, |trial| estimator.estimate(&trial.observations))
@@ -134,18 +137,26 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
             "azimuth off by {:.1} degrees with a concentration of {concentration}: {gain:.3} nats a view more probable than on the spot\n",
             sigma.to_degrees()
         )?;
-        if let Some(gains) = evidence::scale_gains(&objects, loaded.viewing()) {
+        if let Some(gains) = evidence::ScaleGains::of(&objects, loaded.viewing()) {
+            let (factor, gain) = gains.common;
+            writeln!(stdout, "noise of all objects times {factor:.2}: {gain:.3} nats a view above none")?;
             writeln!(
                 stdout,
-                "noise of each object multiplied by a factor of its own: nats a view above none, by the spread of its logarithm"
+                "times a factor of each object's own about that, by the spread of its logarithm: nats a view above none"
             )?;
             let spreads = evidence::SCALE_SPREADS.map(|spread| spread.to_string());
             let columns: Vec<&str> = spreads.iter().map(String::as_str).collect();
-            print(stdout, &columns, vec![gains.iter().map(|gain| format!("{gain:.3}")).collect()])?;
+            print(stdout, &columns, vec![gains.own.iter().map(|gain| format!("{gain:.3}")).collect()])?;
             writeln!(stdout)?;
         }
         settings.semantics.azimuth_discrepancy = Some(fitted);
         rows.push(row("1, with a discrepancy", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
+        settings.semantics.object_noise_spread = Some(OBJECT_NOISE_SPREAD);
+        rows.push(row(
+            "1, with noise of each object's own, too",
+            &of(&Semantic::new(&settings, loaded.viewing()))?,
+        )?);
+        settings.semantics.object_noise_spread = None;
         for margin in MARGINS {
             settings.semantics.unknown_margin = Some(margin);
             let answers = of(&Semantic::new(&settings, loaded.viewing()))?;

@@ -18,6 +18,7 @@ pub const SCALE_SPREADS: [f64; 4] = [0.1, 0.2, 0.3, 0.5];
 /// Logarithms of such factors, over which evidences are summed.
 const LOG_SCALES: [f64; 17] =
     [-1.6, -1.4, -1.2, -1.0, -0.8, -0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6];
+const NO_SCALE: usize = LOG_SCALES.len() / 2;
 /// Steps of Gauss-Newton to the most probable latent.
 const ITERATIONS: usize = 8;
 
@@ -123,31 +124,41 @@ impl ViewNoise {
     const NONE: Self = Self { white: 0.0, scale: 1.0 };
 }
 
-/// What a factor of each object's own on the noise of its views gains over none, nats a view, by its [spread](SCALE_SPREADS); `None` where the
-/// model has no finite answer.
-pub fn scale_gains(
-    objects: &[TrueViews],
-    model: &dyn ObservationModel,
-) -> Option<[f64; SCALE_SPREADS.len()]> {
-    let views: usize = objects.iter().map(TrueViews::len).sum();
-    let by_scale = |object: &TrueViews| -> Option<[f64; LOG_SCALES.len()]> {
-        let mut all = [0.0; LOG_SCALES.len()];
-        for (evidence, log_scale) in all.iter_mut().zip(LOG_SCALES) {
-            *evidence =
-                object.evidence(model, ViewNoise { scale: libm::exp(log_scale), ..ViewNoise::NONE })?;
-        }
-        Some(all)
-    };
-    let all: Vec<_> = objects.par_iter().map(by_scale).collect::<Option<_>>()?;
-    let of_spread = |spread: f64| {
-        let prior = LOG_SCALES.map(|log_scale| -(log_scale / spread) * (log_scale / spread) / 2.0);
-        let gain = |evidences: &[f64; LOG_SCALES.len()]| {
-            let joint: [f64; LOG_SCALES.len()] = std::array::from_fn(|i| evidences[i] + prior[i]);
-            log_sum_exp(&joint) - log_sum_exp(&prior) - evidences[LOG_SCALES.len() / 2]
+/// What factors on the noise of views gain over none, nats a view.
+pub struct ScaleGains {
+    /// Of those that are one for all objects, the factor that gains most, and its gain.
+    pub common: (f64, f64),
+    /// Of a factor of each object's own, log-normal about that, by its [spread](SCALE_SPREADS).
+    pub own: [f64; SCALE_SPREADS.len()],
+}
+
+impl ScaleGains {
+    /// `None` where the model has no finite answer.
+    pub fn of(objects: &[TrueViews], model: &dyn ObservationModel) -> Option<Self> {
+        let views: usize = objects.iter().map(TrueViews::len).sum();
+        let by_scale = |object: &TrueViews| -> Option<[f64; LOG_SCALES.len()]> {
+            let mut all = [0.0; LOG_SCALES.len()];
+            for (evidence, log_scale) in all.iter_mut().zip(LOG_SCALES) {
+                *evidence =
+                    object.evidence(model, ViewNoise { scale: libm::exp(log_scale), ..ViewNoise::NONE })?;
+            }
+            Some(all)
         };
-        all.iter().map(gain).sum::<f64>() / views as f64
-    };
-    Some(SCALE_SPREADS.map(of_spread))
+        let all: Vec<_> = objects.par_iter().map(by_scale).collect::<Option<_>>()?;
+        let gain = |of: &dyn Fn(&[f64; LOG_SCALES.len()]) -> f64| {
+            all.iter().map(|evidences| of(evidences) - evidences[NO_SCALE]).sum::<f64>() / views as f64
+        };
+        let common = (0..LOG_SCALES.len()).map(|i| (LOG_SCALES[i], gain(&|evidences| evidences[i])));
+        let (mean, most) = common.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let of_spread = |spread: f64| {
+            let prior = LOG_SCALES.map(|log_scale| -((log_scale - mean) / spread).powi(2) / 2.0);
+            gain(&|evidences| {
+                let joint: [f64; LOG_SCALES.len()] = std::array::from_fn(|i| evidences[i] + prior[i]);
+                log_sum_exp(&joint) - log_sum_exp(&prior)
+            })
+        };
+        Some(Self { common: (libm::exp(mean), most), own: SCALE_SPREADS.map(of_spread) })
+    }
 }
 
 /// The negative log-posterior of a latent, its gradient, and its Hessian by Gauss and Newton.
