@@ -20,8 +20,6 @@ pub struct SemanticObject {
     pub track: usize,
     /// Its diameter, metres: an estimate that is held.
     pub size: f64,
-    /// Multiplies the noise of its views.
-    pub noise_factor: f64,
     /// Its usable views, by step.
     pub views: Vec<SemanticView>,
 }
@@ -81,7 +79,7 @@ impl<'m> Semantics<'_, 'm> {
             self.problem.observations.robot_from_camera,
             object.size,
             SemanticScaling {
-                noise: self.settings.noise_scale * object.noise_factor,
+                noise: self.settings.noise_scale,
                 information: self.settings.information_scale,
             },
         )
@@ -173,7 +171,7 @@ pub(crate) fn usable(
             views.push(view);
         }
     }
-    Ok((!views.is_empty()).then_some(SemanticObject { track, size, noise_factor: 1.0, views }))
+    Ok((!views.is_empty()).then_some(SemanticObject { track, size, views }))
 }
 
 /// A crop of an object that stands upright with a size, after the `last` one used.

@@ -106,9 +106,6 @@ pub struct SemanticSettings {
     /// The model's discrepancy; none where it is taken at its word.
     #[garde(dive)]
     pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
-    /// Deviation of the logarithm of a factor by which each object multiplies the noise of its views; none where all have the model's.
-    #[garde(inner(range(min = 1e-3, max = 3.0), custom(not_nan)))]
-    pub object_noise_spread: Option<f64>,
     /// Nats by which an object's views must be less probable under the model than under the null hypothesis for its crops to be left
     /// out; none where no object is asked. See [`crate::unknown_object`].
     #[garde(inner(custom(not_negative)))]
@@ -188,7 +185,6 @@ impl Default for SemanticSettings {
             information_scale: 1.0,
             minimum_view_separation: 0.0,
             azimuth_discrepancy: None,
-            object_noise_spread: None,
             unknown_margin: None,
         }
     }

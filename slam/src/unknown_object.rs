@@ -13,7 +13,7 @@ use crate::laplace::log_evidence_of_all;
 use crate::noise::Kernel;
 use crate::semantics::{SemanticObject, SemanticView, Semantics};
 use crate::settings::SemanticSettings;
-use crate::variable::{Key, Value, Values};
+use crate::variable::{Key, Values};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::f64::consts::PI;
 use vantage_dataset::{Seed, Viewpoint};
@@ -116,7 +116,8 @@ pub struct Geometry {
 /// `log p(all | the model knows the object) - log p(all | it does not)`, nats, where `graph` holds the factors of geometry and those of
 /// this object's crops, and `values` its maximum; `None` where either is not defined, as by a model whose predictions are not finite.
 ///
-/// Both integrate over all variables by Laplace's method, the robot's too. Azimuths of the null hypothesis are those of geometry alone.
+/// Both integrate over all variables by Laplace's method, the robot's too, about the values that the solver came to. Azimuths of the null
+/// hypothesis are held where geometry alone has them, which favours the model where geometry is loose.
 pub fn log_odds(
     semantics: &Semantics<'_, '_>,
     object: &SemanticObject,
@@ -124,29 +125,20 @@ pub fn log_odds(
     geometry: &Geometry,
 ) -> Option<f64> {
     let SemanticSettings { information_scale, .. } = semantics.settings;
-    let known = log_evidence_of_all(graph, values)? + log_normalizers(semantics, object, values, geometry)?;
+    let known = log_evidence_of_all(graph, values)? + log_normalizers(semantics, object, values)?;
     let null = log_null(semantics, object, &geometry.values)?;
     Some(known - geometry.log_evidence - information_scale * null)
 }
 
 /// What the cost leaves out of the densities of views, and of the priors of the variables that come with them.
-fn log_normalizers(
-    semantics: &Semantics<'_, '_>,
-    object: &SemanticObject,
-    values: &Values,
-    geometry: &Geometry,
-) -> Option<f64> {
+fn log_normalizers(semantics: &Semantics<'_, '_>, object: &SemanticObject, values: &Values) -> Option<f64> {
     let SemanticSettings { tilt_sigma, information_scale, .. } = semantics.settings;
     let noise = semantics.model.noise();
-    let of_view = student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom())
-        - noise.dimension() as f64 * libm::log(object.noise_factor);
+    let of_view = student_t::log_normalizer(noise.dimension(), noise.degrees_of_freedom());
     let latent = values.vector(Key::Latent(object.track))?.len() as f64;
     let of_latent = -latent / 2.0 * libm::log(2.0 * PI);
     // Of the tilt, and of a yaw that may be any.
-    let of_orientation = match geometry.values.get(Key::Object(object.track))? {
-        Value::Pose(_) => 0.0,
-        _ => -libm::log(2.0 * PI * tilt_sigma * tilt_sigma) - libm::log(2.0 * PI),
-    };
+    let of_orientation = -libm::log(2.0 * PI * tilt_sigma * tilt_sigma) - libm::log(2.0 * PI);
     Some(of_latent + of_orientation + information_scale * object.views.len() as f64 * of_view)
 }
 

@@ -81,11 +81,6 @@ pub struct EstimatorSpec {
     #[garde(dive)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_discrepancy: Option<AzimuthDiscrepancy>,
-    /// How much objects differ in how far the model's predictions of them are off: the deviation, 0.001 to 3, of the logarithm of a factor by
-    /// which each multiplies the noise of its crops, fitted to them. Default: all have the model's noise.
-    #[garde(inner(range(min = 1e-3, max = 3.0), custom(not_nan)))]
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub object_noise_spread: Option<f64>,
     /// Leaves out the crops of an object that the model does not know: whose views are less probable under it, by at least so many nats
     /// (0 to 1e6), than under a null hypothesis that knows no kinds. Default: none are left out.
     #[garde(inner(range(min = 0.0, max = 1e6), custom(not_nan)))]
@@ -139,7 +134,6 @@ impl EstimatorSpec {
                 information_scale: self.semantic_information_scale,
                 minimum_view_separation: self.minimum_view_separation,
                 azimuth_discrepancy: self.azimuth_discrepancy,
-                object_noise_spread: self.object_noise_spread,
                 unknown_margin: self.unknown_margin,
             },
             orientation: OrientationSettings {
@@ -192,7 +186,6 @@ impl Default for EstimatorSpec {
             semantic_information_scale: semantics.information_scale,
             minimum_view_separation: semantics.minimum_view_separation,
             azimuth_discrepancy: semantics.azimuth_discrepancy,
-            object_noise_spread: semantics.object_noise_spread,
             unknown_margin: semantics.unknown_margin,
             domain: None,
             yaw_candidates: orientation.yaw_candidates,
@@ -246,7 +239,6 @@ mod tests {
             EstimatorSpec { semantic_information_scale: -1.0, ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(f64::NAN), ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(-1.0), ..ok.clone() },
-            EstimatorSpec { object_noise_spread: Some(0.0), ..ok.clone() },
             EstimatorSpec { bearing_noise: BearingNoise { fixed: 0.0, proportional: 0.0 }, ..ok.clone() },
             EstimatorSpec { bearing_kernel: Kernel::Huber { threshold: f64::NAN }, ..ok.clone() },
             EstimatorSpec { extents: Some(ExtentsSettings { half_axis: 0.0, log_sigma: 0.5 }), ..ok },

@@ -23,7 +23,6 @@ fn rival(settings: &Settings, information: f64) -> Settings {
         information_scale: settings.semantics.information_scale * information,
         minimum_view_separation: RIVAL_SEPARATION,
         azimuth_discrepancy: None,
-        object_noise_spread: None,
         unknown_margin: None,
         ..settings.semantics
     };
@@ -36,7 +35,6 @@ pub fn of_an_ideal_sensor(settings: &Settings) -> Settings {
         information_scale: 1.0,
         minimum_view_separation: 0.0,
         azimuth_discrepancy: None,
-        object_noise_spread: None,
         unknown_margin: None,
         ..settings.semantics
     };

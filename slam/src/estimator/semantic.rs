@@ -2,13 +2,11 @@
 
 mod added;
 mod drawn;
-mod own_noise;
 
 use added::try_alternatives;
 pub(super) use added::{Added, Start, add_semantics};
 pub(super) use drawn::Drawn;
 pub use drawn::SeenView;
-use own_noise::refit_noise;
 
 use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
@@ -99,13 +97,11 @@ impl Semantic<'_> {
 
     fn evidence_of(&self, posterior: &Posterior<'_>, added: &BTreeMap<usize, Added>) -> Option<f64> {
         let Posterior { graph, solution, .. } = posterior;
+        let views: usize = added.values().map(|added| added.object.views.len()).sum();
         // What whitening takes out of each view's density.
         let SemanticSettings { noise_scale, information_scale, .. } = self.semantics;
-        let of_object = |Added { object, .. }: &Added| {
-            let numbers = (object.views.len() * self.model.measurement_dim()) as f64;
-            numbers * libm::log(noise_scale * object.noise_factor)
-        };
-        let spread = information_scale * added.values().map(of_object).sum::<f64>();
+        let numbers = (views * self.model.measurement_dim()) as f64;
+        let spread = information_scale * numbers * libm::log(noise_scale);
         log_evidence_of_all(graph, &solution.values).map(|evidence| evidence - spread)
     }
 
@@ -186,12 +182,8 @@ impl Semantic<'_> {
         };
         let reads = |track, sighting: &Sighting| of(track) && !self.hidden.contains(&sighting.detection);
         let solver = &self.geometric.solver;
-        let first = posterior.graph.factors().count();
         let mut added = add_semantics(semantics, posterior, solver, reads, start)?;
         try_alternatives(posterior, &mut added, solver, &self.orientation);
-        if let Some(spread) = self.semantics.object_noise_spread {
-            refit_noise(semantics, posterior, &mut added, (first, spread), solver);
-        }
         Ok(added)
     }
 
@@ -230,11 +222,10 @@ impl Estimator for Semantic<'_> {
         Ok(self.told(posterior, &added, observations))
     }
 
-    /// None where objects are to be asked for whether the model knows them, or for a noise of their own: that is of all of their views. Nor is
-    /// there one in a domain that is learnt.
+    /// None where objects are to be asked for whether the model knows them: that is of all of their views. Nor is there one in a domain that
+    /// is learnt.
     fn online(&self, camera: Camera, robot_from_camera: Pose) -> Option<Result<Online<'_>, EstimateError>> {
-        let SemanticSettings { unknown_margin, object_noise_spread, .. } = self.semantics;
-        if unknown_margin.or(object_noise_spread).is_some() || self.domain.is_some() {
+        if self.semantics.unknown_margin.is_some() || self.domain.is_some() {
             return None;
         }
         let checked = || -> Result<Online<'_>, EstimateError> {

@@ -87,3 +87,38 @@ impl<'s> Cholesky<'s> {
         memory.numbers = self.numbers;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::factor::{BetweenFactor, PosePrior};
+    use crate::graph::Graph;
+    use crate::laplace::{log_evidence, log_evidence_of_all};
+    use crate::variable::{Key, Value, Values};
+    use approx::assert_relative_eq;
+    use nalgebra::Matrix6;
+    use vantage_dataset::Pose;
+
+    #[test]
+    fn both_kinds_of_factors_have_the_determinant() {
+        for (poses, is_supernodal) in [(3, false), (40, true)] {
+            let (mut graph, mut values) = (Graph::default(), Values::default());
+            graph.push(PosePrior::new(Key::Robot(0), Pose::identity(), Matrix6::identity()));
+            for to in 0..poses {
+                let place = Pose::translation(to as f64, libm::sin(to as f64), 0.0);
+                values.insert(Key::Robot(to), Value::Pose(place));
+                for from in 0..to {
+                    let information = Matrix6::identity() * (2.0 + libm::cos((from * to) as f64));
+                    let (from, to) = (Key::Robot(from), Key::Robot(to));
+                    graph.push(BetweenFactor::new(from, to, Pose::identity(), information));
+                }
+            }
+            let structure = Structure::new(&graph, &values, |_| true).unwrap();
+            let raw = structure.symbolic.as_ref().unwrap().raw();
+            assert_eq!(matches!(raw, SymbolicCholeskyRaw::Supernodal(_)), is_supernodal, "{poses} poses");
+            let keys: Vec<Key> = (0..poses).map(Key::Robot).collect();
+            let dense = log_evidence(&graph, &values, &keys).unwrap();
+            assert_relative_eq!(log_evidence_of_all(&graph, &values).unwrap(), dense, max_relative = 1e-12);
+        }
+    }
+}

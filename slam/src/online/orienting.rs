@@ -41,7 +41,7 @@ impl<'m> Orienting<'m> {
                 held.insert(key, value.clone());
             }
         }
-        let object = SemanticObject { track, size, noise_factor: 1.0, views: Vec::new() };
+        let object = SemanticObject { track, size, views: Vec::new() };
         Some(Self { track, sightings: sightings.to_vec(), held, object, measured: 0, search: None })
     }
 

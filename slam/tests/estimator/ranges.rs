@@ -5,9 +5,8 @@ use crate::which::{Which, estimate};
 use crate::world::{World, WorldSpec, matching_settings};
 use nalgebra::{DVector, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
 use vantage_dataset::{BoundingBox, CenterDepth, Detection, Pose, Seed};
-use vantage_model::ObservationModel;
 use vantage_slam::noise::Kernel;
-use vantage_slam::{Estimate, ObjectEstimate, Outcome, Settings, UnresolvedReason};
+use vantage_slam::{Estimate, Outcome, Settings, UnresolvedReason};
 
 const DIMS: [usize; 3] = [8, 12, 32];
 
@@ -235,37 +234,6 @@ fn one_unknown_object_leaves_and_the_known_ones_stay() {
         }
         let views = trusting.objects[2].as_ref().map_or(0, |object| object.semantic_views);
         assert_eq!(answer.dropped_detections.unknown_object, views);
-    }
-}
-
-#[test]
-fn an_object_of_more_noise_has_a_less_certain_latent_and_others_keep_theirs() {
-    let spec = WorldSpec::sparse_loop();
-    let model = TanhModel::new(DIMS, 0.03, f64::INFINITY, Seed(1));
-    let factor: f64 = 2.5;
-    for seed in (0..4).map(Seed) {
-        let mut world = World::new(&spec, Some(&model), seed);
-        let mut stream = seed.stream("more noise", 0);
-        let more = 0.03 * (factor * factor - 1.0).sqrt();
-        for detection in world.observations.detections.iter_mut().filter(|detection| detection.track == 2) {
-            let measured = model.measure(&detection.masked_crop).unwrap();
-            let noisier = measured.map(|number| number + more * stream.normal());
-            detection.masked_crop = TanhModel::crop(&noisier);
-        }
-        let mut settings = matching_settings(&spec);
-        let alike = run(&world, Which::Semantic, &model, &settings);
-        settings.semantics.object_noise_spread = Some(0.5);
-        let own = run(&world, Which::Semantic, &model, &settings);
-        for (track, (alike, own)) in alike.objects.iter().zip(&own.objects).enumerate() {
-            let deviation = |object: &Option<ObjectEstimate>| {
-                let latent = object.as_ref()?.latent.as_ref()?;
-                Some(latent.variance.mean().sqrt())
-            };
-            let (Some(alike), Some(own)) = (deviation(alike), deviation(own)) else { continue };
-            let expected = if track == 2 { factor } else { 1.0 };
-            let ratio = own / alike;
-            assert!((ratio / expected).ln().abs() < 0.4, "object {track}, {seed:?}: {ratio}");
-        }
     }
 }
 

@@ -20,9 +20,9 @@ pub enum RunError {
     Undriven { scene: PathBuf, what: &'static str },
     /// Asked for with a setting that takes whole episodes.
     #[error(
-        "{}: `estimator.{setting}` asks all views of an object, and `--online` has but those so far: leave one of them out", scene.display()
+        "{}: `estimator.unknown_margin` asks all views of an object, and `--online` has but those so far: leave one of them out", scene.display()
     )]
-    WholeEpisodes { scene: PathBuf, setting: &'static str },
+    WholeEpisodes { scene: PathBuf },
     /// Every row failed on every seed.
     #[error(
         "every estimator failed on every seed of {}: the tables that were written say why", scene.display()

@@ -51,12 +51,8 @@ pub fn line(
     if beside.online && !pipeline.drives() {
         return Err(RunError::Undriven { scene: scene.to_owned(), what: "`--online`" }.into());
     }
-    let spec = &pipeline.file.estimator;
-    let of_whole_episodes =
-        [("unknown_margin", spec.unknown_margin), ("object_noise_spread", spec.object_noise_spread)];
-    let set = of_whole_episodes.into_iter().find(|(_, value)| value.is_some());
-    if let (true, Some((setting, _))) = (beside.online, set) {
-        return Err(RunError::WholeEpisodes { scene: scene.to_owned(), setting }.into());
+    if beside.online && pipeline.file.estimator.unknown_margin.is_some() {
+        return Err(RunError::WholeEpisodes { scene: scene.to_owned() }.into());
     }
     let seeds = beside.part.of(seeds(&pipeline.file, stages));
     if pipeline.recorded().is_none() && beside.part == Part::default() {

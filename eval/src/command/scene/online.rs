@@ -47,7 +47,7 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Option<&'static s
     let by_detections: Vec<(String, Vec<Duration>)> = by_detections.into_iter().map(named).collect();
     let tables =
         [times(scored), by_detections.iter().map(|(name, times)| (&**name, times.clone())).collect()];
-    let tables = tables.map(|rows| step_times(&rows, Style::Markdown)).join("\n\n");
+    let tables = tables.map(|rows| step_times(&rows, Style::Markdown)).join("\n\n") + "\n";
     folder.write(STEP_TIMES, tables.as_bytes())?;
     Ok(Some(PICTURE))
 }

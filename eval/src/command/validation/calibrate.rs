@@ -8,8 +8,8 @@
 //! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they
 //! promise.
 //!
-//! Then how much more probable validation crops at their true viewpoints are where the model's azimuths are off, and where each object has a
-//! scale of noise of its own.
+//! Then how much more probable validation crops at their true viewpoints are where the model's azimuths are off; and, with that, where noise is
+//! multiplied by one factor for all objects, or by one of each object's own.
 //!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
 //! its place, without the objects that the model does not know by an `estimator.unknown_margin`. Likewise of the rows beside a model's that the scene
@@ -35,14 +35,13 @@ use crate::score::consistency::{ObjectGaussian, object_scores, pose_scores};
 use crate::score::pairs::{Pairs, PairsError};
 use nalgebra::Point3;
 use std::io::Write;
+use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::{
     AzimuthDiscrepancy, Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate,
     OdometryOnly, Semantic, SemanticSettings, Settings,
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
-/// `estimator.object_noise_spread` that is tried.
-const OBJECT_NOISE_SPREAD: f64 = 0.3;
 /// `estimator.unknown_margin`, nats.
 const MARGINS: [f64; 4] = [100.0, 50.0, 20.0, 0.0];
 
@@ -59,7 +58,6 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     let mut settings = pipeline.file.estimator.settings();
     settings.solver.covariances = true;
     settings.semantics.azimuth_discrepancy = None;
-    settings.semantics.object_noise_spread = None;
     settings.semantics.unknown_margin = None;
     let of = |estimator: &dyn Estimator| {
         estimated(&pipeline, &trials, |trial| estimator.estimate(&trial.observations))
@@ -137,9 +135,12 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
             "azimuth off by {:.1} degrees with a concentration of {concentration}: {gain:.3} nats a view more probable than on the spot\n",
             sigma.to_degrees()
         )?;
-        if let Some(gains) = evidence::ScaleGains::of(&objects, loaded.viewing()) {
+        if let Some(gains) = evidence::ScaleGains::of(&objects, &Discrepant::new(loaded.viewing(), &fitted)) {
             let (factor, gain) = gains.common;
-            writeln!(stdout, "noise of all objects times {factor:.2}: {gain:.3} nats a view above none")?;
+            writeln!(
+                stdout,
+                "with it, noise of all objects times {factor:.2}: {gain:.3} nats a view above none"
+            )?;
             writeln!(
                 stdout,
                 "times a factor of each object's own about that, by the spread of its logarithm: nats a view above none"
@@ -151,12 +152,6 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         }
         settings.semantics.azimuth_discrepancy = Some(fitted);
         rows.push(row("1, with a discrepancy", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
-        settings.semantics.object_noise_spread = Some(OBJECT_NOISE_SPREAD);
-        rows.push(row(
-            "1, with noise of each object's own, too",
-            &of(&Semantic::new(&settings, loaded.viewing()))?,
-        )?);
-        settings.semantics.object_noise_spread = None;
         for margin in MARGINS {
             settings.semantics.unknown_margin = Some(margin);
             let answers = of(&Semantic::new(&settings, loaded.viewing()))?;

@@ -15,10 +15,10 @@ const SIGMAS_DEG: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
 pub const CONCENTRATIONS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 /// Deviations that are tried of the logarithm of a factor by which each object multiplies the noise of its views.
 pub const SCALE_SPREADS: [f64; 4] = [0.1, 0.2, 0.3, 0.5];
-/// Logarithms of such factors, over which evidences are summed.
-const LOG_SCALES: [f64; 17] =
-    [-1.6, -1.4, -1.2, -1.0, -0.8, -0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6];
-const NO_SCALE: usize = LOG_SCALES.len() / 2;
+/// Steps of the logarithm of such a factor, to either side of none, and their length: about two deviations of what the views of an object
+/// leave of it, so that sums over them are integrals to a tenth of a nat.
+const SCALE_STEPS: i32 = 12;
+const SCALE_STEP: f64 = 0.1;
 /// Steps of Gauss-Newton to the most probable latent.
 const ITERATIONS: usize = 8;
 
@@ -136,24 +136,26 @@ impl ScaleGains {
     /// `None` where the model has no finite answer.
     pub fn of(objects: &[TrueViews], model: &dyn ObservationModel) -> Option<Self> {
         let views: usize = objects.iter().map(TrueViews::len).sum();
-        let by_scale = |object: &TrueViews| -> Option<[f64; LOG_SCALES.len()]> {
-            let mut all = [0.0; LOG_SCALES.len()];
-            for (evidence, log_scale) in all.iter_mut().zip(LOG_SCALES) {
-                *evidence =
-                    object.evidence(model, ViewNoise { scale: libm::exp(log_scale), ..ViewNoise::NONE })?;
-            }
-            Some(all)
+        let steps = || -SCALE_STEPS..=SCALE_STEPS;
+        let log_scale = |step: i32| f64::from(step) * SCALE_STEP;
+        let evidences = |object: &TrueViews| -> Option<Vec<f64>> {
+            let of = |step| {
+                object.evidence(model, ViewNoise { scale: libm::exp(log_scale(step)), ..ViewNoise::NONE })
+            };
+            steps().map(of).collect()
         };
-        let all: Vec<_> = objects.par_iter().map(by_scale).collect::<Option<_>>()?;
-        let gain = |of: &dyn Fn(&[f64; LOG_SCALES.len()]) -> f64| {
-            all.iter().map(|evidences| of(evidences) - evidences[NO_SCALE]).sum::<f64>() / views as f64
+        let all: Vec<Vec<f64>> = objects.par_iter().map(evidences).collect::<Option<_>>()?;
+        let none = SCALE_STEPS as usize;
+        let gain = |of: &dyn Fn(&[f64]) -> f64| {
+            all.iter().map(|evidences| of(evidences) - evidences[none]).sum::<f64>() / views as f64
         };
-        let common = (0..LOG_SCALES.len()).map(|i| (LOG_SCALES[i], gain(&|evidences| evidences[i])));
+        let common = steps().enumerate().map(|(i, step)| (log_scale(step), gain(&|evidences| evidences[i])));
         let (mean, most) = common.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let of_spread = |spread: f64| {
-            let prior = LOG_SCALES.map(|log_scale| -((log_scale - mean) / spread).powi(2) / 2.0);
+            let prior: Vec<f64> =
+                steps().map(|step| -((log_scale(step) - mean) / spread).powi(2) / 2.0).collect();
             gain(&|evidences| {
-                let joint: [f64; LOG_SCALES.len()] = std::array::from_fn(|i| evidences[i] + prior[i]);
+                let joint: Vec<f64> = evidences.iter().zip(&prior).map(|(a, b)| a + b).collect();
                 log_sum_exp(&joint) - log_sum_exp(&prior)
             })
         };
