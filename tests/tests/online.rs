@@ -39,7 +39,7 @@ fn estimates_after_every_step_are_a_table_a_plot_times_and_paths() {
         assert_eq!(newest.timestamps(), at_once.timestamps());
     }
     let times = fs::read_to_string(place.join("step_times.md")).unwrap();
-    assert!(times.contains("| geometric ") && times.contains("| geometric, 1 seen "), "{times}");
+    assert!(times.contains("| geometric ") && times.contains("| geometric, 3 seen "), "{times}");
 
     let scores = |table: &str| Results::read(&place).unwrap().table(table).cloned();
     let before = scores("online");
