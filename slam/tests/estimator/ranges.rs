@@ -244,7 +244,7 @@ fn ten_thousand_poses() {
     let world = World::new(&spec, Some(&model), Seed(3));
     let mut settings = doubting(&spec);
     settings.semantics.minimum_view_separation = 0.2;
-    // Their time goes with the square of the poses: here it is a minute.
+    // Their time goes with the square of the poses: here it is minutes.
     settings.solver.covariances = false;
     let mut ates = Vec::new();
     for which in [Which::Odometry, Which::Geometric, Which::Semantic] {
