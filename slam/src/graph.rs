@@ -16,6 +16,11 @@ impl<'m> Graph<'m> {
         self.factors.push(Box::new(factor));
     }
 
+    /// Adds the factors of another.
+    pub fn extend(&mut self, other: Graph<'m>) {
+        self.factors.extend(other.factors);
+    }
+
     /// Removes all factors but the first `kept`.
     pub fn truncate(&mut self, kept: usize) {
         self.factors.truncate(kept);

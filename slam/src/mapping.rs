@@ -128,7 +128,7 @@ pub(crate) fn place_landmark(
 }
 
 /// The robot's poses at some steps.
-fn robots(values: &Values, steps: impl Iterator<Item = usize>) -> Values {
+pub(crate) fn robots(values: &Values, steps: impl Iterator<Item = usize>) -> Values {
     let mut robots = Values::default();
     for key in steps.map(Key::Robot) {
         if let Some(value) = values.get(key) {

@@ -58,7 +58,8 @@ impl<'m> Semantics<'_, 'm> {
         reference: UnitQuaternion<f64>,
     ) {
         let track = object.track;
-        graph.push(UprightFactor::new(Key::Object(track), self.settings.tilt_sigma, reference));
+        let SemanticSettings { tilt_sigma, yaw_sigma, .. } = self.settings;
+        graph.push(UprightFactor::new(Key::Object(track), [tilt_sigma, yaw_sigma], reference));
         graph.push(StandardNormalPrior::new(Key::Latent(track)));
         for view in views {
             let factor = self.factor(object, view);

@@ -2,6 +2,7 @@
 
 use crate::bearing_offset::BearingOffset;
 use crate::domain::DomainPrior;
+use crate::factor::UprightFactor;
 use crate::noise::{BearingNoise, Kernel, sqrt_information};
 use crate::odometry_bias::OdometryBias;
 use crate::solve::Limits;
@@ -93,6 +94,9 @@ pub struct SemanticSettings {
     /// Standard deviation, radians, of an object's tilt about either horizontal axis.
     #[garde(custom(positive))]
     pub tilt_sigma: f64,
+    /// Standard deviation, radians, of its yaw about the first one found: wide, but where a model knows no frame of an object.
+    #[garde(custom(positive))]
+    pub yaw_sigma: f64,
     /// Multiplies the spread of the semantic residual; 1 is the model's own calibration.
     #[garde(custom(positive))]
     pub noise_scale: f64,
@@ -181,6 +185,7 @@ impl Default for SemanticSettings {
     fn default() -> Self {
         Self {
             tilt_sigma: 0.05,
+            yaw_sigma: UprightFactor::FREE_YAW,
             noise_scale: 1.0,
             information_scale: 1.0,
             minimum_view_separation: 0.0,

@@ -9,9 +9,9 @@ use vantage_dataset::store::read_observations;
 use vantage_dataset::{Observations, Pose, Seed};
 use vantage_slam::{EstimateError, Online, StepObservations};
 
-/// Distance of residuals from their linearisations that counts as none, whitened, and most rounds to reach it.
-const SETTLED: f64 = 1e-4;
-const MOST_ROUNDS: usize = 100;
+/// What a step promises, nats, that counts as nothing, and most steps to reach it.
+const SETTLED: f64 = 1e-6;
+const MOST_STEPS: usize = 100;
 
 /// A method's answers on an episode, step by step.
 #[derive(Clone, Debug, Default)]
@@ -108,7 +108,7 @@ fn run(
         (0..observations.steps()).filter_map(|step| online.world_from_robot(step)).collect::<Vec<_>>()
     };
     run.at_end = poses(&online);
-    if let Err(error) = online.settle(SETTLED, MOST_ROUNDS) {
+    if let Err(error) = online.settle(SETTLED, MOST_STEPS) {
         return Some(Err(error));
     }
     run.settled = poses(&online);

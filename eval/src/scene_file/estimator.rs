@@ -130,6 +130,7 @@ impl EstimatorSpec {
             },
             semantics: SemanticSettings {
                 tilt_sigma: self.tilt_sigma,
+                yaw_sigma: SemanticSettings::default().yaw_sigma,
                 noise_scale: self.semantic_noise_scale,
                 information_scale: self.semantic_information_scale,
                 minimum_view_separation: self.minimum_view_separation,

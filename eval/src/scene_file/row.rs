@@ -127,10 +127,11 @@ rows! {
     /// Geometric, with an untrained Gaussian process per object over the azimuth in place of a model; runs where a scene
     /// names it.
     GaussianProcess => |settings: &Settings, _| {
-        // Its prior is the same for every yaw: the first one tried is the object's frame.
+        // Its prior is the same for every yaw: the first one tried is the object's frame, and is held as well as its tilt.
         let orientation = OrientationSettings { yaw_candidates: 1, ..settings.orientation };
         let rival = rival(settings, GAUSSIAN_PROCESS_INFORMATION);
-        Semantic::new(&Settings { orientation, ..rival }, GaussianProcess::fitted())
+        let semantics = SemanticSettings { yaw_sigma: rival.semantics.tilt_sigma, ..rival.semantics };
+        Semantic::new(&Settings { orientation, semantics, ..rival }, GaussianProcess::fitted())
     };
     /// Geometric, with the azimuth that a read-out of the model's measurement tells of each crop, without a latent; runs where a
     /// scene names it.

@@ -91,7 +91,8 @@ pub fn run(graph_file: &Path, marginals_file: &Path) -> Result<(), Failure> {
     (1..POSES).for_each(|step| motion(step, &mut whole));
     sightings.iter().for_each(|sighting| sight(sighting, &mut whole));
 
-    let mut smoother = Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, rounds: 3 });
+    let mut smoother =
+        Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, steps: 2, refusals: 8 });
     let mut first = start.clone();
     for step in 0..POSES {
         let mut graph = Graph::default();
@@ -118,7 +119,7 @@ pub fn run(graph_file: &Path, marginals_file: &Path) -> Result<(), Failure> {
     }
     // Twice, since the second linearises all anew, at the maximum.
     for _ in 0..2 {
-        if !smoother.settle(1e-11, 50).map_err(|error| format!("{error:?}"))? {
+        if !smoother.settle(1e-16, 50).map_err(|error| format!("{error:?}"))? {
             return Err("the tree does not settle".into());
         }
     }

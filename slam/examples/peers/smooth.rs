@@ -15,9 +15,10 @@ use vantage_slam::graph::Graph;
 use vantage_slam::incremental::{Smoother, Thresholds};
 use vantage_slam::variable::{Value, Values};
 
-/// What is left of a change, as a share of the relinearization threshold; and rounds, as when a robot is followed step by step.
+/// What is left of a change, as a share of the relinearization threshold; and most steps, as when a robot is followed step by step.
 const PROPAGATION: f64 = 0.01;
-const ROUNDS: usize = 3;
+const STEPS: usize = 2;
+const REFUSALS: usize = 8;
 /// Square roots of information, of the first pose and of each object.
 const GAUGE: f64 = 1e3;
 const WEAK: f64 = 0.1;
@@ -33,7 +34,8 @@ pub fn run(graph: &Path, relinearization: f64, times: &Path, maximum: &Path) -> 
     let deviations = Vector6::from_fn(|i, _| if i < 3 { rotation } else { translation });
     let odometry = Matrix6::from_diagonal(&deviations.map(|deviation| 1.0 / deviation));
     let propagation = PROPAGATION * relinearization;
-    let mut smoother = Smoother::new(Thresholds { relinearization, propagation, rounds: ROUNDS });
+    let mut smoother =
+        Smoother::new(Thresholds { relinearization, propagation, steps: STEPS, refusals: REFUSALS });
     let mut seen = BTreeSet::new();
     let mut seconds = Numbers::create(times)?;
     let held = peak_bytes()?;
@@ -75,7 +77,7 @@ pub fn run(graph: &Path, relinearization: f64, times: &Path, maximum: &Path) -> 
     println!("memory {}", peak_bytes()? - held);
     let mut values = Numbers::create(maximum)?;
     put(&mut values, &smoother, poses, objects)?;
-    smoother.settle(1e-9, 30).map_err(|error| format!("{error:?}"))?;
+    smoother.settle(1e-14, 30).map_err(|error| format!("{error:?}"))?;
     put(&mut values, &smoother, poses, objects)?;
     values.finish()
 }

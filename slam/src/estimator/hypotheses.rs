@@ -232,7 +232,8 @@ impl<'m> Episode<'_, 'm> {
         reference: UnitQuaternion<f64>,
     ) {
         let key = Key::Object(object.track);
-        graph.push(UprightFactor::new(key, self.told.semantics.tilt_sigma, reference));
+        let SemanticSettings { tilt_sigma, yaw_sigma, .. } = self.told.semantics;
+        graph.push(UprightFactor::new(key, [tilt_sigma, yaw_sigma], reference));
         for view in &object.views {
             let keys = [Key::Robot(view.sighting.step), key];
             let joined = Joined { keys, observations: self.observations, object, view };

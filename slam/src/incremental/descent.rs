@@ -2,16 +2,16 @@
 //! damped: Levenberg-Marquardt, where it is needed alone.
 
 use super::tree::Tree;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Share of the promise that has to come true.
 const LEAST_GAIN: f64 = 0.1;
-/// Damping of a variable at first and at most, as a share of the diagonal of its equations.
-const DAMPING: (f64, f64) = (1e-2, 1e8);
-/// What multiplies it after a step that is refused, and divides it after one that is taken.
+/// Damping at first and at most, as a share of the diagonal of a variable's equations.
+const DAMPING: (f64, f64) = (1e-5, 1e10);
+/// What multiplies it after a step that is refused.
 const FACTOR: f64 = 10.0;
-/// Share of the largest excess from which on a factor stands in the way.
-const IN_THE_WAY: f64 = 0.1;
+/// What multiplies it after one that did all it promised; after one that did next to nothing it doubles (Nielsen 1999).
+const LARGEST_CUT: f64 = 0.1;
 
 /// By how much a factor is above its linearisation after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,10 +23,13 @@ pub struct Excess {
 }
 
 /// What becomes of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// It lowers the cost.
-    Taken,
+    /// It lowers the cost, by a share of the promise.
+    Taken {
+        /// The share.
+        gain: f64,
+    },
     /// It may: the rise is in doubt.
     TakenInDoubt,
     /// It does not.
@@ -41,7 +44,7 @@ pub fn judge(promise: f64, factors: impl Iterator<Item = Excess>) -> Verdict {
         doubt += factor.doubt;
     }
     if excess <= (1.0 - LEAST_GAIN) * promise {
-        Verdict::Taken
+        Verdict::Taken { gain: if promise > 0.0 { 1.0 - excess / promise } else { 1.0 } }
     } else if excess.is_finite() && excess <= (1.0 - LEAST_GAIN) * promise + doubt {
         Verdict::TakenInDoubt
     } else {
@@ -49,53 +52,54 @@ pub fn judge(promise: f64, factors: impl Iterator<Item = Excess>) -> Verdict {
     }
 }
 
-/// Variables that are damped.
+/// Variables that are damped, all by one damping, with how much more each is damped than that.
 #[derive(Clone, Debug, Default)]
-pub struct Damping(BTreeMap<usize, f64>);
+pub struct Damping {
+    damping: f64,
+    more: BTreeMap<usize, f64>,
+}
 
 impl Damping {
     /// Whether none is.
     pub fn is_none(&self) -> bool {
-        self.0.is_empty()
+        self.more.is_empty()
     }
 
     /// Forgets a variable.
     pub fn forget(&mut self, variable: usize) {
-        self.0.remove(&variable);
+        self.more.remove(&variable);
     }
 
-    /// Damps the variables of the terms that stood most in the way of a step, more than before.
-    pub fn raise(&mut self, tree: &mut Tree, terms: &[(usize, Excess)]) {
-        let largest = terms.iter().map(|(_, excess)| excess.nats).fold(0.0, f64::max);
-        let in_the_way = terms.iter().filter(|(_, excess)| excess.nats >= IN_THE_WAY * largest);
-        let of_terms = in_the_way.filter_map(|(term, _)| Some(&tree.term(*term)?.variables));
-        let variables: BTreeSet<usize> = of_terms.flatten().copied().collect();
-        for variable in variables {
-            let damping =
-                self.0.entry(variable).and_modify(|damping| *damping *= FACTOR).or_insert(DAMPING.0);
-            *damping = damping.min(DAMPING.1);
-            tree.damp(variable, *damping);
-        }
+    /// Damps more than before, and more variables.
+    pub fn raise(&mut self, tree: &mut Tree, variables: impl IntoIterator<Item = (usize, f64)>) {
+        self.damping = if self.is_none() { DAMPING.0 } else { (FACTOR * self.damping).min(DAMPING.1) };
+        self.more.extend(variables);
+        self.restore(tree);
     }
 
     /// Frees all variables in the tree, so that its marginals are those of the factors alone; [`Damping::restore`] goes on.
     pub fn lift(&self, tree: &mut Tree) {
-        self.0.keys().for_each(|&variable| tree.damp(variable, 0.0));
+        self.more.keys().for_each(|&variable| tree.damp(variable, 0.0));
     }
 
     /// Damps again what was before [`Damping::lift`].
     pub fn restore(&self, tree: &mut Tree) {
-        self.0.iter().for_each(|(&variable, &damping)| tree.damp(variable, damping));
+        self.more.iter().for_each(|(&variable, more)| tree.damp(variable, more * self.damping));
     }
 
-    /// Damps all variables less, those that hardly were not at all.
-    pub fn relax(&mut self, tree: &mut Tree) {
-        self.0.retain(|&variable, damping| {
-            *damping /= FACTOR;
-            let is_kept = *damping >= DAMPING.0;
-            tree.damp(variable, if is_kept { *damping } else { 0.0 });
-            is_kept
-        });
+    /// Damps less after a step by which a share of its promise came true, and what is hardly damped not at all.
+    pub fn relax(&mut self, tree: &mut Tree, gain: f64) {
+        self.damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(LARGEST_CUT, 2.0);
+        if self.damping < DAMPING.0 {
+            self.release(tree);
+        }
+        self.restore(tree);
+    }
+
+    /// Damps nothing any more.
+    pub fn release(&mut self, tree: &mut Tree) {
+        self.lift(tree);
+        self.more.clear();
     }
 }
 
@@ -103,28 +107,35 @@ impl Damping {
 mod tests {
     use super::*;
     use crate::incremental::{Place, Term};
+    use approx::assert_relative_eq;
     use nalgebra::{DMatrix, DVector};
 
     #[test]
     fn a_tenth_of_the_promise_has_to_come_true_and_rounding_is_no_rise() {
-        let of = |nats: f64, doubt: f64| judge(1.0, [Excess { nats, doubt }].into_iter());
-        assert_eq!(of(-3.0, 0.0), Verdict::Taken);
-        assert_eq!(of(0.89, 0.0), Verdict::Taken);
-        assert_eq!(of(0.91, 0.0), Verdict::Refused);
-        assert_eq!(of(0.91, 0.02), Verdict::TakenInDoubt);
+        let of = |nats: f64, doubt: f64| judge(2.0, [Excess { nats, doubt }].into_iter());
+        let is_taken = |nats: f64, share: f64| match of(nats, 0.0) {
+            Verdict::Taken { gain } => assert_relative_eq!(gain, share, epsilon = 1e-12),
+            other => panic!("{nats}: {other:?}"),
+        };
+        is_taken(-3.0, 2.5);
+        is_taken(0.5, 0.75);
+        is_taken(1.79, 0.105);
+        assert_eq!(of(1.81, 0.0), Verdict::Refused);
+        assert_eq!(of(1.81, 0.02), Verdict::TakenInDoubt);
+        assert_eq!(judge(0.0, std::iter::empty()), Verdict::Taken { gain: 1.0 });
         for undefined in [f64::INFINITY, f64::NAN] {
             assert_eq!(of(undefined, 1.0), Verdict::Refused);
         }
     }
 
     #[test]
-    fn what_stands_in_the_way_is_damped_until_steps_are_taken() {
+    fn damping_grows_by_tens_is_shared_and_goes_where_promises_come_true() {
         let mut tree = Tree::default();
         let variables = [0.0, 1.0].map(|_| tree.add_variable(1, Place::Chain));
-        let terms = variables.map(|variable| {
+        for variable in variables {
             let (jacobians, constant) = (vec![DMatrix::identity(1, 1)], DVector::from_element(1, -1.0));
-            tree.add_term(Term { variables: vec![variable], jacobians, constant })
-        });
+            tree.add_term(Term { variables: vec![variable], jacobians, constant });
+        }
         let solution = |tree: &mut Tree| {
             tree.factorize().unwrap();
             let moved = tree.solve(0.0).moved;
@@ -133,16 +144,22 @@ mod tests {
             at
         };
         let mut damping = Damping::default();
-        let excess = |nats| Excess { nats, doubt: 0.0 };
-        for _ in 0..3 {
-            damping.raise(&mut tree, &[(terms[0], excess(10.0)), (terms[1], excess(0.1))]);
+        for _ in 0..4 {
+            damping.raise(&mut tree, [(variables[0], 1.0)]);
         }
-        // A damping of 1 doubles the diagonal.
+        // Of a damping of 0.1 and of 10.
+        damping.raise(&mut tree, [(variables[1], 100.0)]);
         let [first, second] = solution(&mut tree);
-        assert!((first - 0.5).abs() < 1e-12 && (second - 1.0).abs() < 1e-12, "{first}, {second}");
-        for _ in 0..3 {
+        assert_relative_eq!(first, 1.0 / 1.1, epsilon = 1e-12);
+        assert_relative_eq!(second, 1.0 / 11.0, epsilon = 1e-12);
+        // Half the promise leaves it, all of it cuts it to a tenth.
+        damping.relax(&mut tree, 0.5);
+        assert_eq!(solution(&mut tree), [first, second]);
+        damping.relax(&mut tree, 1.0);
+        assert_relative_eq!(solution(&mut tree)[1], 0.5, epsilon = 1e-12);
+        for _ in 0..4 {
             assert!(!damping.is_none());
-            damping.relax(&mut tree);
+            damping.relax(&mut tree, 1.0);
         }
         assert!(damping.is_none());
         assert_eq!(solution(&mut tree), [1.0, 1.0]);

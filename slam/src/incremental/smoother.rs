@@ -1,13 +1,14 @@
 //! The nonlinear problem over the tree: each factor keeps the linearisation that it has until its own residual says otherwise.
 
 use super::chart::Chart;
-use super::descent::{Damping, Excess, Verdict, judge};
+use super::descent::{Damping, Verdict, judge};
 use super::linearized::{Linearization, Linearized, Look, cost, root_weight};
 use super::term::Term;
 use super::tree::{Indefinite, Place, Solved, Tree};
 use super::update::{Thresholds, Update};
 use crate::factor::{Factor, LinearFactor};
 use crate::graph::Graph;
+use crate::linear::more_damped;
 use crate::variable::{Key, Value, Values};
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,33 +106,46 @@ impl<'m> Smoother<'m> {
 
     /// Brings the maximum up to date with what was added.
     pub fn update(&mut self) -> Result<Update, Indefinite> {
-        self.update_within(self.thresholds)
+        self.update_until(self.thresholds, |_| false)
     }
 
-    /// Updates until no residual is farther than `relinearization` from its linearisation, or `rounds` are over; true if none is.
-    pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, Indefinite> {
+    /// Updates until a step of no damped variable promises to lower the cost by at most `promise` nats, or `steps` were taken or refused; true if
+    /// one does.
+    pub fn settle(&mut self, promise: f64, steps: usize) -> Result<bool, Indefinite> {
         self.waiting.extend(0..self.factors.len());
         self.factors.iter_mut().flatten().for_each(Linearized::forget);
-        let thresholds = Thresholds { relinearization, propagation: 0.0, rounds };
-        Ok(!self.update_within(thresholds)?.is_unfinished)
+        let thresholds = Thresholds { relinearization: 0.0, propagation: 0.0, steps, refusals: steps };
+        Ok(!self.update_until(thresholds, |decrease| decrease <= promise)?.is_unfinished)
     }
 
-    fn update_within(&mut self, thresholds: Thresholds) -> Result<Update, Indefinite> {
-        let Thresholds { relinearization: limit, propagation, rounds } = thresholds;
+    /// Updates until nothing is left to do, or `is_enough` says so of what a step promised by which nothing was damped.
+    fn update_until(
+        &mut self,
+        thresholds: Thresholds,
+        is_enough: impl Fn(f64) -> bool,
+    ) -> Result<Update, Indefinite> {
+        let Thresholds { relinearization: limit, propagation, steps, refusals } = thresholds;
         let mut update = Update::default();
+        let (mut taken, mut refused) = (0, 0);
         self.damping.restore(&mut self.tree);
-        for round in 0.. {
+        loop {
             for term in std::mem::take(&mut self.waiting) {
                 update.relinearized += usize::from(self.relinearize(term, limit));
             }
             self.tree.factorize()?;
             let solved = self.tree.solve(propagation);
             update.solved += solved.moved.len();
-            let is_held = !self.damping.is_none();
+            let was_damped = !self.damping.is_none();
             let is_taken = self.judge(&solved, limit);
-            update.is_unfinished =
-                !is_taken || is_held || !self.damping.is_none() || !self.waiting.is_empty();
-            if !update.is_unfinished || round + 1 >= rounds {
+            *(if is_taken { &mut taken } else { &mut refused }) += 1;
+            let is_enough = is_enough(solved.decrease);
+            if is_enough {
+                // Damping alone can make a promise small, and rounding can refuse a small one.
+                self.damping.release(&mut self.tree);
+            }
+            let is_done = is_taken && self.damping.is_none() && self.waiting.is_empty();
+            update.is_unfinished = was_damped || !(is_done || is_enough);
+            if !update.is_unfinished || taken >= steps || refused >= refusals {
                 break;
             }
         }
@@ -157,7 +171,8 @@ impl<'m> Smoother<'m> {
             }
             // A point that whole steps lead away from is held until it is reached.
             Verdict::TakenInDoubt if !off.is_empty() => {}
-            Verdict::TakenInDoubt | Verdict::Taken => self.damping.relax(&mut self.tree),
+            Verdict::TakenInDoubt => self.damping.relax(&mut self.tree, 1.0),
+            Verdict::Taken { gain } => self.damping.relax(&mut self.tree, gain),
         }
         for (term, look) in looks {
             if let Some(linearized) = &mut self.factors[term] {
@@ -170,21 +185,25 @@ impl<'m> Smoother<'m> {
 
     /// Has the factors that were off after a step linearised anew where that started, or their variables damped where they are.
     fn refuse(&mut self, off: &[(usize, Look)]) {
-        let mut fresh: Vec<(usize, Excess)> = Vec::new();
-        for &(term, look) in off {
+        let mut fresh: BTreeSet<usize> = BTreeSet::new();
+        for &(term, _) in off {
             let (Some(of), Some(linearized)) = (self.tree.term(term), &mut self.factors[term]) else {
                 continue;
             };
             linearized.move_to(numbers(&self.tree, of));
             if linearized.is_fresh() {
-                fresh.push((term, look.excess));
+                fresh.extend(&of.variables);
             } else if linearized.factor.residual(&self.values).is_some() {
                 self.waiting.insert(term);
             } else {
                 linearized.look_no_more();
             }
         }
-        self.damping.raise(&mut self.tree, &fresh);
+        if fresh.is_empty() {
+            return;
+        }
+        let Self { charts, tree, damping, .. } = self;
+        damping.raise(tree, fresh.into_iter().map(|variable| (variable, more_damped(charts[variable].key))));
     }
 
     /// Has the values of variables that moved follow the solution; returns what they were.
@@ -236,6 +255,11 @@ impl<'m> Smoother<'m> {
             _ => false,
         });
         due
+    }
+
+    /// The negative log-posterior up to a constant, nats; `None` where any factor is undefined.
+    pub fn cost(&self) -> Option<f64> {
+        self.factors.iter().flatten().map(|linearized| linearized.factor.cost(&self.values)).sum()
     }
 
     /// The covariance of a variable's right perturbation, of a point in the world; `None` of what is not there.

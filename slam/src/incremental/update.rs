@@ -7,8 +7,10 @@ pub struct Thresholds {
     pub relinearization: f64,
     /// Change of a coordinate, radians, metres or deviations of a latent, below which what depends on it is left.
     pub propagation: f64,
-    /// Most linearisations of a factor in one update.
-    pub rounds: usize,
+    /// Most steps that are taken in one update.
+    pub steps: usize,
+    /// Most steps that are refused.
+    pub refusals: usize,
 }
 
 /// What an update did.

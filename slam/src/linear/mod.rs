@@ -16,4 +16,4 @@ pub use rank::least_constrained;
 pub use reduced::Reduced;
 pub use step::Step;
 pub use structure::Structure;
-pub use system::System;
+pub use system::{System, more_damped};

@@ -160,8 +160,12 @@ fn damping_scale(diagonal: f64) -> f64 {
 
 /// D of a number of a variable that is eliminated inside its object.
 pub(super) fn local_damping_scale(key: Key, diagonal: f64) -> f64 {
-    let more = if matches!(key, Key::Latent(_)) { LATENT_DAMPING } else { 1.0 };
-    more * damping_scale(diagonal)
+    more_damped(key) * damping_scale(diagonal)
+}
+
+/// How much more a variable is damped than others.
+pub fn more_damped(key: Key) -> f64 {
+    if matches!(key, Key::Latent(_)) { LATENT_DAMPING } else { 1.0 }
 }
 
 fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {

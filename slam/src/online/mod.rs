@@ -1,10 +1,12 @@
 //! The posterior after every step, as a robot has it: what is observed enters once, and is kept as a factor.
 
+mod crops;
+mod geometry;
 mod map;
 mod orienting;
 mod step;
 
-pub use map::Reading;
+pub use crops::Reading;
 pub use step::StepObservations;
 
 use crate::estimate::Dropped;
@@ -81,34 +83,33 @@ impl<'m> Online<'m> {
             }
             self.map.orient(&problem, Budget::new(CROPS_A_STEP))?;
         }
-        self.map.smoother.update().map_err(|_| EstimateError::Indefinite { step })
+        self.map.update().map_err(|_| EstimateError::Indefinite { step })
     }
 
-    /// Looks for all orientations that wait, and linearises anew until no residual is farther than `relinearization` from its
-    /// linearisation; false where one is after `rounds`.
-    pub fn settle(&mut self, relinearization: f64, rounds: usize) -> Result<bool, EstimateError> {
-        if let Some(geometry) = &self.geometry {
-            let problem = Problem { observations: &self.observations, settings: geometry };
-            while self.map.orient(&problem, Budget::new(f64::INFINITY))? {}
-        }
-        let step = self.steps().saturating_sub(1);
-        self.map.smoother.settle(relinearization, rounds).map_err(|_| EstimateError::Indefinite { step })
+    /// Looks for all orientations again and goes to the maximum: until no step promises to lower the cost by more than `promise` nats, which
+    /// is `sqrt(2 promise)` deviations; false where one does after `steps`. Second modes of ambiguous orientations are tried there.
+    pub fn settle(&mut self, promise: f64, steps: usize) -> Result<bool, EstimateError> {
+        let last = self.steps().saturating_sub(1);
+        let of = |settings| Problem { observations: &self.observations, settings };
+        let problem = self.geometry.as_ref().map(of);
+        let settled = self.map.settle(problem.as_ref(), promise, steps)?;
+        settled.map_err(|_| EstimateError::Indefinite { step: last })
     }
 
     /// The robot's pose at a step in the frame of its first.
     pub fn world_from_robot(&self, step: usize) -> Option<Pose> {
-        self.map.smoother.values().pose(Key::Robot(step)).copied()
+        self.map.posterior().values().pose(Key::Robot(step)).copied()
     }
 
     /// Covariance of the right perturbation of the robot's pose at a step, rotation first.
     pub fn pose_covariance(&self, step: usize) -> Option<Matrix6<f64>> {
-        let covariance = self.map.smoother.covariance(Key::Robot(step))?;
+        let covariance = self.map.posterior().covariance(Key::Robot(step))?;
         Some(Matrix6::from_column_slice(covariance.as_slice()))
     }
 
     /// The maximum and the marginals of all variables.
     pub fn smoother(&self) -> &Smoother<'m> {
-        &self.map.smoother
+        self.map.posterior()
     }
 
     /// What was not used so far, or not fully.

@@ -1,6 +1,6 @@
 //! The search for one object's orientation, in pieces: a step does no more of it than it has time for.
 
-use super::map::Reading;
+use super::crops::Reading;
 use crate::estimate::Dropped;
 use crate::orientation::{Budget, Mode, Search};
 use crate::problem::Problem;
@@ -8,6 +8,7 @@ use crate::semantics::{SemanticObject, Semantics};
 use crate::sighting::Sighting;
 use crate::variable::{Key, Values};
 use nalgebra::UnitQuaternion;
+use vantage_dataset::Pose;
 use vantage_model::AnswerError;
 
 /// Of measuring a crop, in crops that are encoded.
@@ -28,6 +29,7 @@ pub(super) struct Orienting<'m> {
 pub(super) struct Oriented {
     pub object: SemanticObject,
     pub best: Mode,
+    pub second: Option<Mode>,
 }
 
 impl<'m> Orienting<'m> {
@@ -79,15 +81,19 @@ impl<'m> Orienting<'m> {
         }
     }
 
-    /// The best mode, carried along with the robot's pose at the last sighting since the search began; `None` where there is none.
+    /// The best modes, carried along with the robot's pose at the last sighting since the search began; `None` where there is none.
     pub fn found(self, values: &Values) -> Option<Oriented> {
-        let mut best = self.search?.modes().into_iter().next()?;
         let robot = Key::Robot(self.sightings.last()?.step);
-        if let (Some(then), Some(now)) = (self.held.pose(robot), values.pose(robot)) {
-            best.world_from_object = now * then.inv_mul(&best.world_from_object);
-            let rotation = best.world_from_object.rotation.into_inner();
-            best.world_from_object.rotation = UnitQuaternion::new_normalize(rotation);
-        }
-        Some(Oriented { object: self.object, best })
+        let moved = match (self.held.pose(robot), values.pose(robot)) {
+            (Some(then), Some(now)) => now * then.inverse(),
+            _ => Pose::identity(),
+        };
+        let carry = |mode: Mode| {
+            let Pose { rotation, translation } = moved * mode.world_from_object;
+            let rotation = UnitQuaternion::new_normalize(rotation.into_inner());
+            Mode { world_from_object: Pose::from_parts(translation, rotation), ..mode }
+        };
+        let mut modes = self.search?.modes().into_iter().map(carry);
+        Some(Oriented { object: self.object, best: modes.next()?, second: modes.next() })
     }
 }

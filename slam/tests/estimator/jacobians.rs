@@ -89,7 +89,9 @@ fn upright() {
         let mut values = Values::default();
         values.insert(Key::Object(0), Value::Pose(se3::exp(&random_tangent(&mut stream, 0.5, 3.0))));
         let reference = UnitQuaternion::from_scaled_axis(Vector3::z() * stream.uniform(-1.0, 1.0));
-        assert!(check(&UprightFactor::new(Key::Object(0), 0.05, reference), &values) > 0.1);
+        for yaw_sigma in [UprightFactor::FREE_YAW, 0.05] {
+            assert!(check(&UprightFactor::new(Key::Object(0), [0.05, yaw_sigma], reference), &values) > 0.1);
+        }
     }
 }
 

@@ -67,7 +67,11 @@ fn small_graph(model: &TanhModel) -> (Graph<'_>, Values) {
     }
     for track in 0..2 {
         graph.push(StandardNormalPrior::new(Key::Latent(track)));
-        graph.push(UprightFactor::new(Key::Object(track), 0.2, UnitQuaternion::identity()));
+        graph.push(UprightFactor::new(
+            Key::Object(track),
+            [0.2, UprightFactor::FREE_YAW],
+            UnitQuaternion::identity(),
+        ));
     }
     (graph, values)
 }

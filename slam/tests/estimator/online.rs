@@ -56,16 +56,15 @@ fn odometry_and_bearings_end_at_the_maximum_of_the_whole_episode() {
             let mut online = run(estimator, &world.observations);
             let [apart, spread] = difference(&online, &whole);
             assert!(apart < 0.1 && spread < 0.05, "seed {seed}: {apart} deviations, variance {spread}");
-            assert!(online.settle(1e-6, 20).unwrap());
+            assert!(online.settle(1e-8, 100).unwrap());
             let [apart, spread] = difference(&online, &whole);
             assert!(apart < 2e-3 && spread < 1e-3, "seed {seed}, settled: {apart}, {spread}");
         }
     }
 }
 
-/// Not as near as bearings: the sizes of objects are held as they were when an orientation was last looked for.
 #[test]
-fn crops_end_near_the_maximum_of_the_whole_episode() {
+fn crops_end_at_the_maximum_of_the_whole_episode() {
     let spec = WorldSpec::sparse_loop();
     let model = model();
     for seed in 0..4 {
@@ -73,15 +72,41 @@ fn crops_end_near_the_maximum_of_the_whole_episode() {
         let settings = matching_settings(&spec);
         let estimator = Semantic::new(&settings, &model);
         let whole = estimator.estimate(&world.observations).unwrap();
-        let bearings = Geometric::new(&settings).estimate(&world.observations).unwrap();
         let mut online = run(&estimator, &world.observations);
-        assert!(online.settle(1e-4, 50).unwrap());
-        let ([apart, spread], [from_bearings, _]) =
-            (difference(&online, &whole), difference(&online, &bearings));
-        println!("seed {seed}: {apart} deviations, variance {spread}; {from_bearings}");
-        assert!(apart < 2.0 && spread < 0.1, "seed {seed}: {apart} deviations, variance {spread}");
-        assert!(apart < from_bearings, "seed {seed}: nearer to the estimate without crops: {from_bearings}");
+        assert!(online.settle(1e-6, 100).unwrap());
+        let [apart, spread] = difference(&online, &whole);
+        assert!(apart < 0.02 && spread < 1e-3, "seed {seed}: {apart} deviations, variance {spread}");
     }
+}
+
+/// One blurred view leaves orientations ambiguous: second modes are tried as of a whole episode, and move the maximum.
+#[test]
+fn second_modes_are_tried_once_all_settles() {
+    let model = TanhModel::new([8, 4, 32], 0.2, 5.0, Seed(1));
+    let spec = WorldSpec { semantic_sigma: 0.2, ..WorldSpec::sparse_loop() };
+    let mut farthest = 0.0f64;
+    for seed in 0..3 {
+        let world = World::new(&spec, Some(&model), Seed(seed));
+        let with = |alternatives| {
+            let mut settings = matching_settings(&spec);
+            settings.orientation.views = 1;
+            settings.orientation.alternatives = alternatives;
+            settings.solver.tolerance = 1e-9;
+            Semantic::new(&settings, &model)
+        };
+        let (none, some) = (with(0), with(8));
+        let whole = some.estimate(&world.observations).unwrap();
+        let apart = |estimator| {
+            let mut online = run(estimator, &world.observations);
+            let is_settled = online.settle(1e-6, 100).unwrap();
+            (is_settled, difference(&online, &whole)[0])
+        };
+        let ((_, without), (is_settled, tried)) = (apart(&none), apart(&some));
+        println!("seed {seed}: {without} deviations without, {tried}");
+        assert!(is_settled && tried < 0.01, "seed {seed}: {tried} deviations, settled: {is_settled}");
+        farthest = farthest.max(without);
+    }
+    assert!(farthest > 0.5, "second modes change nothing: {farthest} deviations without");
 }
 
 /// A model that counts the crops that it encodes.
@@ -164,26 +189,31 @@ fn each_step_has_the_estimate_of_an_episode_that_ends_there() {
     }
 }
 
-/// Steps that lower no cost are damped, and what is damped tells nothing of its marginals.
+/// An update that is unfinished says so; these are less than a fifth.
 #[test]
 fn no_step_promises_more_than_its_factors_tell() {
     let spec = WorldSpec::sparse_loop();
-    for seed in 0..3 {
+    let (mut steps, mut unfinished) = (0, 0);
+    for seed in 0..30 {
         let world = World::new(&spec, Some(&model()), Seed(seed));
         let estimator = Geometric::new(&matching_settings(&spec));
         let mut online = online(&estimator, &world.observations);
         for (step, new) in StepObservations::of(&world.observations).into_iter().enumerate() {
-            online.advance(new).unwrap();
+            let update = online.advance(new).unwrap();
             let before = online.pose_covariance(step).unwrap();
+            steps += 1;
+            unfinished += usize::from(update.is_unfinished);
             // All is linearised anew, and factorised.
-            online.settle(1e-6, 20).unwrap();
+            online.settle(1e-8, 100).unwrap();
             let after = online.pose_covariance(step).unwrap();
+            let bound = if update.is_unfinished { 0.5 } else { 0.05 };
             for i in 0..6 {
-                let ratio = before[(i, i)] / after[(i, i)];
-                assert!((ratio - 1.0).abs() < 0.05, "seed {seed}, step {step}, number {i}: {ratio}");
+                let off = (before[(i, i)] / after[(i, i)] - 1.0).abs();
+                assert!(off < bound, "seed {seed}, step {step}, number {i}: {off}");
             }
         }
     }
+    assert!(unfinished * 5 < steps, "{unfinished} of {steps} steps are unfinished");
 }
 
 #[test]
