@@ -63,6 +63,11 @@ impl Value {
         }
     }
 
+    /// Whether another value is of the same kind and dimension.
+    pub fn is_like(&self, other: &Value) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other) && self.dim() == other.dim()
+    }
+
     /// The value moved by `step` (of [`Value::dim`] numbers): `T * Exp(step)`, or a sum.
     pub fn retract(&self, step: &[f64]) -> Value {
         match self {

@@ -5,8 +5,7 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use vantage_eval::command::{
-    ASSOCIATIONS, CONSISTENCIES, INDEX, MAP_FILE, STUDY_FILE, associations, consistencies, folders, index,
-    map_pages, scene_table, scenes, study_pages,
+    INDEX, MAP_FILE, STUDY_FILE, folders, index, map_pages, pages, scene_table, scenes, study_pages,
 };
 use vantage_eval::figure::gains::gains_svg;
 use vantage_eval::result::kind::ResultKind;
@@ -20,6 +19,7 @@ use vantage_eval::scene_file::row_name::is_learned;
 use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
 use vantage_eval::score::consistency::{COLUMNS, CONSISTENCY};
+use vantage_eval::score::online::{self, ONLINE};
 use vantage_eval::score::semantics::{self, SEMANTICS};
 use vantage_eval::score::trajectory_scores::TRAJECTORIES;
 use vantage_eval::score::unseen_table::TABLES;
@@ -82,6 +82,34 @@ fn results_have_all_scores_that_a_run_has_today() {
         for (table, columns) in [(CONSISTENCY, &COLUMNS[..]), (SEMANTICS, &semantics::COLUMNS[..])] {
             let metrics = results.table(table).map(|stored| stored.metrics());
             assert_eq!(metrics, drives.then_some(columns), "{name}, {table}: make its results again");
+        }
+        let of_steps = results.table(ONLINE).map(|stored| stored.metrics());
+        assert!(of_steps.is_none_or(|metrics| metrics == &online::COLUMNS[..]), "{name}, {ONLINE}");
+    }
+}
+
+/// Means over seeds, and the most of any, metres.
+const SETTLED: (f64, f64) = (0.005, 0.05);
+
+#[test]
+fn estimates_after_every_step_settle_where_whole_episodes_have_them() {
+    for results in scenes(&root().join("results")).unwrap() {
+        let Some(table) = results.table(ONLINE) else { continue };
+        for row in table.methods() {
+            let apart: Vec<f64> = table
+                .runs_of(row)
+                .iter()
+                .filter_map(|run| run.scores.get(&Metric::ApartSettled).copied())
+                .collect();
+            let mean = apart.iter().sum::<f64>() / apart.len() as f64;
+            let most = apart.iter().copied().fold(0.0, f64::max);
+            let done = table.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
+            let told = format!(
+                "{}, {row}, {} of {done}: {mean} m, and {most} m at most",
+                results.scene,
+                apart.len()
+            );
+            assert!(apart.len() * 50 >= done * 49 && mean <= SETTLED.0 && most <= SETTLED.1, "{told}");
         }
     }
 }
@@ -198,7 +226,7 @@ fn the_index_and_the_table_of_the_readme_are_those_of_the_results() {
     let committed = std::fs::read_to_string(results.join(INDEX)).unwrap();
     assert!(committed == index(&results).unwrap(), "run `bench index results`");
     let scenes = scenes(&results).unwrap();
-    for (name, today) in [(ASSOCIATIONS, associations(&scenes)), (CONSISTENCIES, consistencies(&scenes))] {
+    for (name, today) in pages(&scenes) {
         let committed = std::fs::read_to_string(results.join(name)).ok();
         assert!(committed.is_some() && committed == today, "{name}: run `bench index results`");
     }

@@ -39,10 +39,7 @@ pub use check::check;
 pub use dataset::dataset;
 pub use figures::figures;
 pub use import::import;
-pub use index::{
-    ASSOCIATIONS, CONSISTENCIES, INDEX, associations, consistencies, folders, index, scene_table, scenes,
-    write_index,
-};
+pub use index::{INDEX, folders, index, pages, scene_table, scenes, write_index};
 pub use list::list;
 pub use look::look;
 pub use map::{MAP_FILE, map, map_pages};

@@ -92,7 +92,7 @@ pub fn run(graph_file: &Path, marginals_file: &Path) -> Result<(), Failure> {
     sightings.iter().for_each(|sighting| sight(sighting, &mut whole));
 
     let mut smoother =
-        Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, steps: 2, refusals: 8 });
+        Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, iterations: 2, rejections: 8 });
     let mut first = start.clone();
     for step in 0..POSES {
         let mut graph = Graph::default();

@@ -15,10 +15,10 @@ use vantage_slam::graph::Graph;
 use vantage_slam::incremental::{Smoother, Thresholds};
 use vantage_slam::variable::{Value, Values};
 
-/// What is left of a change, as a share of the relinearization threshold; and most steps, as when a robot is followed step by step.
+/// What is left of a change, as a share of the relinearization threshold; and most iterations, as when a robot is followed step by step.
 const PROPAGATION: f64 = 0.01;
-const STEPS: usize = 2;
-const REFUSALS: usize = 8;
+const ITERATIONS: usize = 2;
+const REJECTIONS: usize = 8;
 /// Square roots of information, of the first pose and of each object.
 const GAUGE: f64 = 1e3;
 const WEAK: f64 = 0.1;
@@ -34,8 +34,12 @@ pub fn run(graph: &Path, relinearization: f64, times: &Path, maximum: &Path) -> 
     let deviations = Vector6::from_fn(|i, _| if i < 3 { rotation } else { translation });
     let odometry = Matrix6::from_diagonal(&deviations.map(|deviation| 1.0 / deviation));
     let propagation = PROPAGATION * relinearization;
-    let mut smoother =
-        Smoother::new(Thresholds { relinearization, propagation, steps: STEPS, refusals: REFUSALS });
+    let mut smoother = Smoother::new(Thresholds {
+        relinearization,
+        propagation,
+        iterations: ITERATIONS,
+        rejections: REJECTIONS,
+    });
     let mut seen = BTreeSet::new();
     let mut seconds = Numbers::create(times)?;
     let held = peak_bytes()?;

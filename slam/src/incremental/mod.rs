@@ -7,6 +7,7 @@ mod linearized;
 mod object;
 mod order;
 mod smoother;
+mod step;
 mod term;
 mod tree;
 mod update;

@@ -1,14 +1,13 @@
 //! The nonlinear problem over the tree: each factor keeps the linearisation that it has until its own residual says otherwise.
 
 use super::chart::Chart;
-use super::descent::{Damping, Verdict, judge};
-use super::linearized::{Linearization, Linearized, Look, cost, root_weight};
+use super::descent::Damping;
+use super::linearized::{Linearization, Linearized, cost, root_weight};
 use super::term::Term;
-use super::tree::{Indefinite, Place, Solved, Tree};
+use super::tree::{Indefinite, Place, Tree};
 use super::update::{Thresholds, Update};
 use crate::factor::{Factor, LinearFactor};
 use crate::graph::Graph;
-use crate::linear::more_damped;
 use crate::variable::{Key, Value, Values};
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,15 +15,15 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A posterior that grows, and its maximum.
 pub struct Smoother<'m> {
     thresholds: Thresholds,
-    tree: Tree,
-    charts: Vec<Chart>,
+    pub(super) tree: Tree,
+    pub(super) charts: Vec<Chart>,
     index: BTreeMap<Key, usize>,
     /// By their terms.
-    factors: Vec<Option<Linearized<'m>>>,
-    values: Values,
+    pub(super) factors: Vec<Option<Linearized<'m>>>,
+    pub(super) values: Values,
     /// Terms that are to be made anew.
-    waiting: BTreeSet<usize>,
-    damping: Damping,
+    pub(super) waiting: BTreeSet<usize>,
+    pub(super) damping: Damping,
 }
 
 impl<'m> Smoother<'m> {
@@ -104,29 +103,40 @@ impl<'m> Smoother<'m> {
         }
     }
 
+    /// Puts variables at other values; all factors are linearised anew when the maximum is brought up to date.
+    pub fn move_to(&mut self, values: impl IntoIterator<Item = (Key, Value)>) {
+        for (key, value) in values {
+            if self.values.get(key).is_some_and(|now| now.is_like(&value)) {
+                self.values.insert(key, value);
+            }
+        }
+        self.waiting.extend(0..self.factors.len());
+    }
+
     /// Brings the maximum up to date with what was added.
     pub fn update(&mut self) -> Result<Update, Indefinite> {
         self.update_until(self.thresholds, |_| false)
     }
 
-    /// Updates until a step of no damped variable promises to lower the cost by at most `promise` nats, or `steps` were taken or refused; true if
-    /// one does.
-    pub fn settle(&mut self, promise: f64, steps: usize) -> Result<bool, Indefinite> {
+    /// Updates until an undamped step promises to lower the cost by at most `promise` nats, or so many `iterations` had their step taken, or
+    /// refused; true if one does.
+    pub fn settle(&mut self, promise: f64, iterations: usize) -> Result<bool, Indefinite> {
         self.waiting.extend(0..self.factors.len());
         self.factors.iter_mut().flatten().for_each(Linearized::forget);
-        let thresholds = Thresholds { relinearization: 0.0, propagation: 0.0, steps, refusals: steps };
+        let thresholds =
+            Thresholds { relinearization: 0.0, propagation: 0.0, iterations, rejections: iterations };
         Ok(!self.update_until(thresholds, |decrease| decrease <= promise)?.is_unfinished)
     }
 
-    /// Updates until nothing is left to do, or `is_enough` says so of what a step promised by which nothing was damped.
+    /// Updates until nothing is left to do, or `is_enough` says so of what an undamped step promised.
     fn update_until(
         &mut self,
         thresholds: Thresholds,
         is_enough: impl Fn(f64) -> bool,
     ) -> Result<Update, Indefinite> {
-        let Thresholds { relinearization: limit, propagation, steps, refusals } = thresholds;
+        let Thresholds { relinearization: limit, propagation, iterations, rejections } = thresholds;
         let mut update = Update::default();
-        let (mut taken, mut refused) = (0, 0);
+        let (mut taken, mut rejected, mut is_released) = (0, 0, false);
         self.damping.restore(&mut self.tree);
         loop {
             for term in std::mem::take(&mut self.waiting) {
@@ -137,124 +147,25 @@ impl<'m> Smoother<'m> {
             update.solved += solved.moved.len();
             let was_damped = !self.damping.is_none();
             let is_taken = self.judge(&solved, limit);
-            *(if is_taken { &mut taken } else { &mut refused }) += 1;
+            *(if is_taken { &mut taken } else { &mut rejected }) += 1;
             let is_enough = is_enough(solved.decrease);
+            let is_stuck = is_enough && was_damped && is_released;
             if is_enough {
-                // Damping alone can make a promise small, and rounding can refuse a small one.
+                // Damping alone may make a promise small: asked again without, once.
                 self.damping.release(&mut self.tree);
+                is_released = true;
+            } else if is_taken {
+                is_released = false;
             }
             let is_done = is_taken && self.damping.is_none() && self.waiting.is_empty();
             update.is_unfinished = was_damped || !(is_done || is_enough);
-            if !update.is_unfinished || taken >= steps || refused >= refusals {
+            if !update.is_unfinished || is_stuck || taken >= iterations || rejected >= rejections {
                 break;
             }
         }
         self.damping.lift(&mut self.tree);
         self.tree.factorize()?;
         Ok(update)
-    }
-
-    /// Takes a solution if that lowers the cost, and goes back to where it was if not; what is to be linearised anew waits.
-    fn judge(&mut self, solved: &Solved, limit: f64) -> bool {
-        let before = self.show(&solved.moved);
-        let due = self.due(&solved.moved);
-        let looks: Vec<(usize, Option<Look>)> =
-            due.into_iter().map(|term| (term, self.look(term, limit))).collect();
-        let off = looks.iter().filter_map(|&(term, look)| Some((term, look.filter(|l| l.off > limit)?)));
-        let off: Vec<(usize, Look)> = off.collect();
-        match judge(solved.decrease, off.iter().map(|(_, look)| look.excess)) {
-            Verdict::Refused => {
-                self.tree.take_back(&solved.moved);
-                self.take_back(before);
-                self.refuse(&off);
-                return false;
-            }
-            // A point that whole steps lead away from is held until it is reached.
-            Verdict::TakenInDoubt if !off.is_empty() => {}
-            Verdict::TakenInDoubt => self.damping.relax(&mut self.tree, 1.0),
-            Verdict::Taken { gain } => self.damping.relax(&mut self.tree, gain),
-        }
-        for (term, look) in looks {
-            if let Some(linearized) = &mut self.factors[term] {
-                linearized.look_later(look.map(|look| look.off), limit);
-            }
-        }
-        self.waiting.extend(off.iter().map(|(term, _)| term));
-        true
-    }
-
-    /// Has the factors that were off after a step linearised anew where that started, or their variables damped where they are.
-    fn refuse(&mut self, off: &[(usize, Look)]) {
-        let mut fresh: BTreeSet<usize> = BTreeSet::new();
-        for &(term, _) in off {
-            let (Some(of), Some(linearized)) = (self.tree.term(term), &mut self.factors[term]) else {
-                continue;
-            };
-            linearized.move_to(numbers(&self.tree, of));
-            if linearized.is_fresh() {
-                fresh.extend(&of.variables);
-            } else if linearized.factor.residual(&self.values).is_some() {
-                self.waiting.insert(term);
-            } else {
-                linearized.look_no_more();
-            }
-        }
-        if fresh.is_empty() {
-            return;
-        }
-        let Self { charts, tree, damping, .. } = self;
-        damping.raise(tree, fresh.into_iter().map(|variable| (variable, more_damped(charts[variable].key))));
-    }
-
-    /// Has the values of variables that moved follow the solution; returns what they were.
-    fn show(&mut self, moved: &[(usize, f64)]) -> Vec<(usize, Value)> {
-        let Self { tree, charts, values, .. } = self;
-        let mut before = Vec::with_capacity(moved.len());
-        let mut now = Vec::with_capacity(moved.len());
-        for &(variable, _) in moved {
-            let chart = &mut charts[variable];
-            if let (Some(value), Some(of)) =
-                (chart.advance(tree.solution(variable), values), values.get(chart.key))
-            {
-                before.push((variable, of.clone()));
-                now.push((chart.key, value));
-            }
-        }
-        now.into_iter().for_each(|(key, value)| values.insert(key, value));
-        before
-    }
-
-    /// Has values be what they were before they followed the solution, which was taken back.
-    fn take_back(&mut self, before: Vec<(usize, Value)>) {
-        for (variable, value) in before {
-            let chart = &mut self.charts[variable];
-            chart.take_back(self.tree.solution(variable));
-            self.values.insert(chart.key, value);
-        }
-    }
-
-    /// The factors of what moved that are to be looked at.
-    fn due(&mut self, moved: &[(usize, f64)]) -> Vec<usize> {
-        let Self { tree, factors, .. } = self;
-        let mut due = Vec::new();
-        for &(variable, distance) in moved {
-            for term in tree.terms_of(variable) {
-                if let Some(factor) = &mut factors[term] {
-                    factor.move_on(variable, distance);
-                    due.extend(factor.is_due().then_some(term));
-                }
-            }
-        }
-        due.sort_unstable();
-        due.dedup();
-        due.retain(|&index| match (tree.term(index), &mut factors[index]) {
-            (Some(term), Some(factor)) => {
-                factor.move_to(numbers(tree, term));
-                factor.is_due()
-            }
-            _ => false,
-        });
-        due
     }
 
     /// The negative log-posterior up to a constant, nats; `None` where any factor is undefined.
@@ -304,15 +215,9 @@ impl<'m> Smoother<'m> {
         term.constant = constant;
         Some(Linearization { term, residual, cost })
     }
-
-    /// How far a factor is off its term; `None` where it did not move by more than `limit`.
-    fn look(&self, index: usize, limit: f64) -> Option<Look> {
-        let (term, linearized) = (self.tree.term(index)?, self.factors[index].as_ref()?);
-        linearized.look(term, numbers(&self.tree, term), &self.values, limit)
-    }
 }
 
 /// The numbers of a term's variables.
-fn numbers<'t>(tree: &'t Tree, term: &'t Term) -> impl Iterator<Item = &'t [f64]> {
+pub(super) fn numbers<'t>(tree: &'t Tree, term: &'t Term) -> impl Iterator<Item = &'t [f64]> {
     term.variables.iter().map(|&variable| tree.solution(variable))
 }

@@ -7,10 +7,10 @@ pub struct Thresholds {
     pub relinearization: f64,
     /// Change of a coordinate, radians, metres or deviations of a latent, below which what depends on it is left.
     pub propagation: f64,
-    /// Most steps that are taken in one update.
-    pub steps: usize,
-    /// Most steps that are refused.
-    pub refusals: usize,
+    /// Most iterations of one update whose step is taken.
+    pub iterations: usize,
+    /// Most whose step is refused.
+    pub rejections: usize,
 }
 
 /// What an update did.

@@ -1,19 +1,20 @@
 //! The posterior with the crops of objects: when their orientations are looked for, and how crops join.
 
-use super::geometry::Geometry;
+use super::growing_posterior::GrowingPosterior;
 use super::orienting::{Oriented, Orienting};
 use crate::estimate::Dropped;
+use crate::factor::Factor;
 use crate::graph::Graph;
 use crate::incremental::Indefinite;
-use crate::input::EstimateError;
 use crate::mapping::robots;
 use crate::orientation::{Budget, Mode};
 use crate::problem::Problem;
-use crate::semantics::{SemanticObject, Semantics};
+use crate::semantics::{SemanticObject, SemanticView, Semantics};
 use crate::settings::{OrientationSettings, SemanticSettings};
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
 use std::collections::{BTreeMap, VecDeque};
+use vantage_dataset::Pose;
 use vantage_model::{AnswerError, ObservationModel};
 
 /// How crops are read.
@@ -37,6 +38,8 @@ impl<'m> Reading<'m> {
 #[derive(Default)]
 struct Track {
     semantic: Option<SemanticObject>,
+    /// The second mode of its orientation, and by how many nats it is worse.
+    second: Option<(f64, Mode)>,
     /// Sightings when its orientation was last looked for.
     searched_at: usize,
     /// Whether its orientation is to be looked for.
@@ -48,53 +51,48 @@ struct Track {
 /// Orientations are looked for where geometry alone has the robot, and by the sizes that it tells, as those of a whole episode are.
 pub(super) struct Crops<'m> {
     reading: Reading<'m>,
-    pub posterior: Geometry<'m>,
+    pub posterior: GrowingPosterior<'m>,
     tracks: BTreeMap<usize, Track>,
     /// Objects whose orientation is to be looked for, in the order that they asked.
     due: VecDeque<usize>,
     orienting: Option<Orienting<'m>>,
-    /// Second modes of the orientations found last, and by how many nats they are worse.
-    second: BTreeMap<usize, (f64, Mode)>,
 }
 
 impl<'m> Crops<'m> {
     /// None yet, of a robot that reads them.
     pub fn new(reading: Reading<'m>) -> Self {
-        let (tracks, due, second) = Default::default();
-        Self { reading, posterior: Geometry::new(), tracks, due, orienting: None, second }
+        let (tracks, due) = Default::default();
+        Self { reading, posterior: GrowingPosterior::new(), tracks, due, orienting: None }
     }
 
-    /// Takes in the last of an object's sightings.
+    /// Takes in the last of an object's sightings; its orientation is looked for once `geometry` has a place for it too.
     pub fn see(
         &mut self,
         problem: &Problem<'_>,
         number: usize,
         sightings: &[Sighting],
-        dropped: &mut Dropped,
+        geometry: &GrowingPosterior<'_>,
     ) -> Result<(), AnswerError> {
         self.posterior.see(problem, number, sightings);
         let track = self.tracks.entry(number).or_default();
         if let (Some(object), Some(sighting)) = (&mut track.semantic, sightings.last()) {
             let semantics = self.reading.semantics(problem);
-            if let Some(view) = semantics.view(self.posterior.values(), object, sighting, dropped)? {
+            if let Some(view) =
+                semantics.view(self.posterior.values(), object, sighting, &mut Dropped::default())?
+            {
                 let mut graph = Graph::default();
                 graph.push(semantics.factor(object, &view));
-                object.views.push(view);
-                dropped.non_finite += self.posterior.smoother.add(graph, &Values::default());
+                if self.posterior.smoother.add(graph, &Values::default()) == 0 {
+                    object.views.push(view);
+                }
             }
         }
-        if self.posterior.has(number) && !track.is_due && sightings.len() >= 2 * track.searched_at {
+        let is_placed = self.posterior.has(number) && geometry.has(number);
+        if is_placed && !track.is_due && sightings.len() >= 2 * track.searched_at {
             track.is_due = true;
             self.due.push_back(number);
         }
         Ok(())
-    }
-
-    /// Has the orientations of all objects looked for again.
-    pub fn look_again(&mut self) {
-        self.orienting = None;
-        self.due = self.tracks.keys().copied().filter(|&track| self.posterior.has(track)).collect();
-        self.tracks.values_mut().for_each(|track| track.is_due = true);
     }
 
     /// Goes on to look for orientations where `geometry` has the robot, of one object at a time among all that was seen of it, those first
@@ -103,105 +101,131 @@ impl<'m> Crops<'m> {
         &mut self,
         problem: &Problem<'_>,
         sightings: &BTreeMap<usize, Vec<Sighting>>,
-        geometry: &Values,
-        dropped: &mut Dropped,
+        geometry: &GrowingPosterior<'_>,
         mut budget: Budget,
-    ) -> Result<bool, EstimateError> {
+    ) -> Result<bool, AnswerError> {
         let mut orienting = match self.orienting.take() {
             Some(orienting) => orienting,
             None => {
                 let Some(number) = self.due.pop_front() else { return Ok(false) };
-                let (Some(track), Some(seen)) = (self.tracks.get_mut(&number), sightings.get(&number)) else {
+                let Some(seen) = sightings.get(&number) else { return Ok(true) };
+                let track = self.tracks.entry(number).or_default();
+                (track.searched_at, track.is_due) = (seen.len(), false);
+                let Some(orienting) = Orienting::new(problem, number, seen, geometry.values()) else {
+                    self.leave(problem, number, seen);
                     return Ok(true);
                 };
-                track.searched_at = seen.len();
-                match Orienting::new(problem, number, seen, geometry) {
-                    Some(orienting) => orienting,
-                    None => {
-                        track.is_due = false;
-                        dropped.undefined_viewpoint += seen.len();
-                        return Ok(true);
-                    }
-                }
+                orienting
             }
         };
-        if !orienting.advance(problem, self.reading, dropped, &mut budget)? {
+        if !orienting.advance(problem, self.reading, &mut budget)? {
             self.orienting = Some(orienting);
             return Ok(true);
         }
-        let number = orienting.track;
+        let (number, searched) = (orienting.track, orienting.sightings());
         let Some(seen) = sightings.get(&number) else { return Ok(true) };
-        let searched = orienting.sightings();
-        let found = orienting.found(self.posterior.values());
-        self.tracks.entry(number).or_default().is_due = false;
-        self.second.remove(&number);
-        let Some(Oriented { mut object, best, second }) = found else { return Ok(true) };
-        let semantics = self.reading.semantics(problem);
-        let later = &seen[searched..];
-        let mut values = robots(self.posterior.values(), later.iter().map(|sighting| sighting.step));
-        values.insert(Key::Object(number), Value::Pose(best.world_from_object));
-        for sighting in later {
-            object.views.extend(semantics.view(&values, &object, sighting, dropped)?);
+        match orienting.found(self.posterior.values()) {
+            Some(found) => self.join(problem, found, (seen, searched))?,
+            None => self.leave(problem, number, seen),
         }
-        if let Some(second) = second {
-            self.second.insert(number, (second.cost - best.cost, second));
-        }
-        dropped.non_finite += self.add(problem, &object, seen, best);
-        self.tracks.entry(number).or_default().semantic = Some(object);
         Ok(true)
     }
 
-    fn add(
-        &mut self,
-        problem: &Problem<'_>,
-        object: &SemanticObject,
-        seen: &[Sighting],
-        mode: Mode,
-    ) -> usize {
-        let Mode { world_from_object, latent, .. } = mode;
-        let (mut graph, mut first) = (Graph::default(), Values::default());
-        let semantics = self.reading.semantics(problem);
-        semantics.add_factors(&mut graph, object, &object.views, world_from_object.rotation);
-        first.insert(Key::Latent(object.track), Value::Vector(latent));
-        self.posterior.place(problem, object.track, seen, Value::Pose(world_from_object), (graph, first))
+    /// Has an object be a centre, without crops.
+    fn leave(&mut self, problem: &Problem<'_>, number: usize, seen: &[Sighting]) {
+        let track = self.tracks.entry(number).or_default();
+        track.second = None;
+        if track.semantic.take().is_none() {
+            return;
+        }
+        if let Some(center) = self.posterior.values().get(Key::Object(number)).and_then(Value::position) {
+            let no_more = (Graph::default(), Values::default());
+            self.posterior.place(problem, number, seen, Value::Point(center), no_more);
+        }
     }
 
-    /// Settles, and tries the second modes of the most ambiguous objects, one at a time: what is lower is kept.
+    /// Has the crops of an object join, those also that were seen since it was `searched`, where their factors are defined.
+    fn join(
+        &mut self,
+        problem: &Problem<'_>,
+        Oriented { mut object, best, second }: Oriented,
+        (seen, searched): (&[Sighting], usize),
+    ) -> Result<(), AnswerError> {
+        let number = object.track;
+        let semantics = self.reading.semantics(problem);
+        let mut values = robots(self.posterior.values(), seen.iter().map(|sighting| sighting.step));
+        values.insert(Key::Object(number), Value::Pose(best.world_from_object));
+        values.insert(Key::Latent(number), Value::Vector(best.latent.clone()));
+        for sighting in &seen[searched..] {
+            object.views.extend(semantics.view(&values, &object, sighting, &mut Dropped::default())?);
+        }
+        let views = std::mem::take(&mut object.views);
+        let is_defined = |view: &SemanticView| semantics.factor(&object, view).linearize(&values).is_some();
+        let views: Vec<SemanticView> = views.into_iter().filter(is_defined).collect();
+        object.views = views;
+        if object.views.is_empty() {
+            self.leave(problem, number, seen);
+            return Ok(());
+        }
+        let (mut graph, mut first) = (Graph::default(), Values::default());
+        semantics.add_factors(&mut graph, &object, &object.views, best.world_from_object.rotation);
+        first.insert(Key::Latent(number), Value::Vector(best.latent));
+        self.posterior.place(problem, number, seen, Value::Pose(best.world_from_object), (graph, first));
+        let track = self.tracks.entry(number).or_default();
+        track.second = second.map(|second| (second.cost - best.cost, second));
+        track.semantic = Some(object);
+        Ok(())
+    }
+
+    /// From where `geometry` has all: looks for all orientations among all that was seen, goes to the maximum, and tries the second modes of
+    /// the most ambiguous objects there, one at a time. What is lower is kept.
     pub fn settle(
         &mut self,
         problem: &Problem<'_>,
         sightings: &BTreeMap<usize, Vec<Sighting>>,
-        (promise, steps): (f64, usize),
-    ) -> Result<bool, Indefinite> {
-        let mut is_settled = self.posterior.smoother.settle(promise, steps)?;
+        geometry: &GrowingPosterior<'_>,
+        (promise, iterations): (f64, usize),
+    ) -> Result<Result<bool, Indefinite>, AnswerError> {
+        self.posterior.smoother.move_to(geometry.values().iter().map(|(key, value)| (key, value.clone())));
+        self.orienting = None;
+        self.due = sightings.keys().copied().filter(|&track| geometry.has(track)).collect();
+        for (&number, seen) in sightings.iter().filter(|(track, _)| geometry.has(**track)) {
+            let center = geometry.values().get(Key::Object(number)).and_then(Value::position);
+            if let (false, Some(center)) = (self.posterior.has(number), center) {
+                let no_more = (Graph::default(), Values::default());
+                self.posterior.place(problem, number, seen, Value::Point(center), no_more);
+            }
+        }
+        while self.orient(problem, sightings, geometry, Budget::new(f64::INFINITY))? {}
+        Ok(self.settle_modes(promise, iterations))
+    }
+
+    fn settle_modes(&mut self, promise: f64, iterations: usize) -> Result<bool, Indefinite> {
+        let smoother = &mut self.posterior.smoother;
+        let mut is_settled = smoother.settle(promise, iterations)?;
         let OrientationSettings { ambiguous_margin, alternatives, .. } = self.reading.orientation;
-        let mut ambiguous: Vec<(usize, (f64, Mode))> = std::mem::take(&mut self.second).into_iter().collect();
+        let second = |(&number, track): (&usize, &mut Track)| Some((number, track.second.take()?));
+        let mut ambiguous: Vec<(usize, (f64, Mode))> = self.tracks.iter_mut().filter_map(second).collect();
         ambiguous.retain(|(_, (margin, _))| *margin < ambiguous_margin);
         ambiguous.sort_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
-        for (number, (_, mut other)) in ambiguous.into_iter().take(alternatives) {
-            let object = self.tracks.get(&number).and_then(|track| track.semantic.clone());
-            let (Some(object), Some(seen), Some(first)) = (object, sightings.get(&number), self.mode(number))
-            else {
-                continue;
-            };
-            other.world_from_object.translation = first.world_from_object.translation;
-            let before = self.posterior.smoother.cost();
-            self.add(problem, &object, seen, other);
-            is_settled = self.posterior.smoother.settle(promise, steps)?;
-            let is_lower =
-                self.posterior.smoother.cost().zip(before).is_some_and(|(now, before)| now < before);
-            if !is_lower {
-                self.add(problem, &object, seen, first);
-                is_settled = self.posterior.smoother.settle(promise, steps)?;
+        for (number, (_, mode)) in ambiguous.into_iter().take(alternatives) {
+            let (best, cost) = (smoother.values().clone(), smoother.cost());
+            let Some(object) = best.pose(Key::Object(number)) else { continue };
+            let other = Pose::from_parts(object.translation, mode.world_from_object.rotation);
+            smoother.move_to([
+                (Key::Object(number), Value::Pose(other)),
+                (Key::Latent(number), Value::Vector(mode.latent)),
+            ]);
+            let settled = smoother.settle(promise, iterations);
+            let is_lower = smoother.cost().zip(cost).is_some_and(|(now, before)| now < before);
+            match settled {
+                Ok(settled) if is_lower => is_settled = settled,
+                _ => {
+                    smoother.move_to(best.iter().map(|(key, value)| (key, value.clone())));
+                    is_settled = smoother.settle(promise, iterations)?;
+                }
             }
         }
         Ok(is_settled)
-    }
-
-    /// Where an object and its latent are.
-    fn mode(&self, track: usize) -> Option<Mode> {
-        let values = self.posterior.values();
-        let world_from_object = *values.pose(Key::Object(track))?;
-        Some(Mode { world_from_object, latent: values.vector(Key::Latent(track))?.clone(), cost: f64::NAN })
     }
 }

@@ -1,8 +1,7 @@
 //! What was made of the observations so far: the posterior by geometry, and that by crops too.
 
 use super::crops::{Crops, Reading};
-use super::geometry::Geometry;
-use crate::estimate::Dropped;
+use super::growing_posterior::GrowingPosterior;
 use crate::incremental::{Indefinite, Smoother, Update};
 use crate::input::EstimateError;
 use crate::orientation::Budget;
@@ -11,21 +10,21 @@ use crate::settings::OdometrySettings;
 use crate::sighting::Sighting;
 use std::collections::BTreeMap;
 use vantage_dataset::{LandmarkSighting, Odometry};
+use vantage_model::AnswerError;
 
 /// Sightings, and the posteriors of them.
 pub(super) struct Map<'m> {
-    geometry: Geometry<'m>,
+    geometry: GrowingPosterior<'m>,
     crops: Option<Crops<'m>>,
     sightings: BTreeMap<usize, Vec<Sighting>>,
     landmarks: BTreeMap<usize, Vec<LandmarkSighting>>,
-    pub dropped: Dropped,
 }
 
 impl<'m> Map<'m> {
     /// Empty, of a robot that reads crops as `reading` says.
     pub fn new(reading: Option<Reading<'m>>) -> Self {
-        let (sightings, landmarks, dropped) = Default::default();
-        Self { geometry: Geometry::new(), crops: reading.map(Crops::new), sightings, landmarks, dropped }
+        let (sightings, landmarks) = Default::default();
+        Self { geometry: GrowingPosterior::new(), crops: reading.map(Crops::new), sightings, landmarks }
     }
 
     /// The posterior of all that is read.
@@ -41,37 +40,37 @@ impl<'m> Map<'m> {
         }
     }
 
-    /// Takes in a detection.
-    pub fn see(&mut self, problem: &Problem<'_>, index: usize) -> Result<(), EstimateError> {
+    /// Takes in a detection, unless it is truncated.
+    pub fn see(&mut self, problem: &Problem<'_>, index: usize) -> Result<(), AnswerError> {
         let detection = &problem.observations.detections[index];
         let Some(sighting) = Sighting::new(&problem.observations.camera, index, detection) else {
-            self.dropped.truncated += 1;
             return Ok(());
         };
         let sightings = self.sightings.entry(detection.track).or_default();
         sightings.push(sighting);
         self.geometry.see(problem, detection.track, sightings);
-        if let Some(crops) = &mut self.crops {
-            crops.see(problem, detection.track, sightings, &mut self.dropped)?;
+        match &mut self.crops {
+            Some(crops) => crops.see(problem, detection.track, sightings, &self.geometry),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Takes in a sighting of a landmark.
     pub fn see_landmark(&mut self, problem: &Problem<'_>, sighting: LandmarkSighting) {
         let sightings = self.landmarks.entry(sighting.landmark).or_default();
         sightings.push(sighting);
-        let left_out = self.geometry.see_landmark(problem, sightings);
-        self.dropped.landmark_behind_camera += match &mut self.crops {
-            Some(crops) => crops.posterior.see_landmark(problem, sightings),
-            None => left_out,
-        };
+        self.geometry.see_landmark(problem, sightings);
+        if let Some(crops) = &mut self.crops {
+            crops.posterior.see_landmark(problem, sightings);
+        }
     }
 
-    /// Goes on to look for orientations; false where nothing is to be done.
-    pub fn orient(&mut self, problem: &Problem<'_>, budget: Budget) -> Result<bool, EstimateError> {
-        let Some(crops) = &mut self.crops else { return Ok(false) };
-        crops.orient(problem, &self.sightings, self.geometry.values(), &mut self.dropped, budget)
+    /// Goes on to look for orientations, within a budget.
+    pub fn orient(&mut self, problem: &Problem<'_>, budget: Budget) -> Result<(), AnswerError> {
+        if let Some(crops) = &mut self.crops {
+            crops.orient(problem, &self.sightings, &self.geometry, budget)?;
+        }
+        Ok(())
     }
 
     /// Brings the posteriors up to date with what was added.
@@ -83,18 +82,16 @@ impl<'m> Map<'m> {
         }
     }
 
-    /// Looks for all orientations again, among all that was seen, and settles; `problem` is that of all boxes, where any are read.
+    /// Settles geometry, and crops from there; `problem` is that of all boxes, where any are read.
     pub fn settle(
         &mut self,
         problem: Option<&Problem<'_>>,
-        promise: f64,
-        steps: usize,
-    ) -> Result<Result<bool, Indefinite>, EstimateError> {
-        let is_settled = self.geometry.smoother.settle(promise, steps);
+        (promise, iterations): (f64, usize),
+        indefinite: impl Fn(Indefinite) -> EstimateError,
+    ) -> Result<bool, EstimateError> {
+        let is_settled = self.geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
         let (Some(problem), Some(crops)) = (problem, &mut self.crops) else { return Ok(is_settled) };
-        let (sightings, geometry) = (&self.sightings, self.geometry.values());
-        crops.look_again();
-        while crops.orient(problem, sightings, geometry, &mut self.dropped, Budget::new(f64::INFINITY))? {}
-        Ok(crops.settle(problem, sightings, (promise, steps)))
+        let settled = crops.settle(problem, &self.sightings, &self.geometry, (promise, iterations))?;
+        Ok(settled.map_err(indefinite)? && is_settled)
     }
 }

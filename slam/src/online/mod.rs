@@ -1,7 +1,7 @@
 //! The posterior after every step, as a robot has it: what is observed enters once, and is kept as a factor.
 
 mod crops;
-mod geometry;
+mod growing_posterior;
 mod map;
 mod orienting;
 mod step;
@@ -9,7 +9,6 @@ mod step;
 pub use crops::Reading;
 pub use step::StepObservations;
 
-use crate::estimate::Dropped;
 use crate::incremental::{Smoother, Update};
 use crate::input::{EstimateError, check_observations};
 use crate::orientation::Budget;
@@ -86,14 +85,14 @@ impl<'m> Online<'m> {
         self.map.update().map_err(|_| EstimateError::Indefinite { step })
     }
 
-    /// Looks for all orientations again and goes to the maximum: until no step promises to lower the cost by more than `promise` nats, which
-    /// is `sqrt(2 promise)` deviations; false where one does after `steps`. Second modes of ambiguous orientations are tried there.
-    pub fn settle(&mut self, promise: f64, steps: usize) -> Result<bool, EstimateError> {
+    /// Goes to the maximum, as of a whole episode: from that by geometry alone, all orientations are looked for again, and second modes of
+    /// ambiguous ones are tried. It is reached where no step promises to lower the cost by more than `promise` nats, which is
+    /// `sqrt(2 promise)` deviations; false where one does after so many `iterations` from any start.
+    pub fn settle(&mut self, promise: f64, iterations: usize) -> Result<bool, EstimateError> {
         let last = self.steps().saturating_sub(1);
         let of = |settings| Problem { observations: &self.observations, settings };
         let problem = self.geometry.as_ref().map(of);
-        let settled = self.map.settle(problem.as_ref(), promise, steps)?;
-        settled.map_err(|_| EstimateError::Indefinite { step: last })
+        self.map.settle(problem.as_ref(), (promise, iterations), |_| EstimateError::Indefinite { step: last })
     }
 
     /// The robot's pose at a step in the frame of its first.
@@ -110,10 +109,5 @@ impl<'m> Online<'m> {
     /// The maximum and the marginals of all variables.
     pub fn smoother(&self) -> &Smoother<'m> {
         self.map.posterior()
-    }
-
-    /// What was not used so far, or not fully.
-    pub fn dropped(&self) -> Dropped {
-        self.map.dropped
     }
 }

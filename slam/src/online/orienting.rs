@@ -14,7 +14,7 @@ use vantage_model::AnswerError;
 /// Of measuring a crop, in crops that are encoded.
 const MEASUREMENT: f64 = 2.0;
 
-/// One object, as the robot had it when the search began.
+/// One object, as geometry had it when the search began.
 pub(super) struct Orienting<'m> {
     pub track: usize,
     sightings: Vec<Sighting>,
@@ -57,7 +57,6 @@ impl<'m> Orienting<'m> {
         &mut self,
         problem: &Problem<'_>,
         Reading { model, semantics: settings, orientation }: Reading<'m>,
-        dropped: &mut Dropped,
         budget: &mut Budget,
     ) -> Result<bool, AnswerError> {
         let semantics = Semantics { problem: *problem, model, settings, domain: None };
@@ -66,7 +65,7 @@ impl<'m> Orienting<'m> {
                 return Ok(false);
             }
             self.measured += 1;
-            let view = semantics.view(&self.held, &self.object, sighting, dropped)?;
+            let view = semantics.view(&self.held, &self.object, sighting, &mut Dropped::default())?;
             self.object.views.extend(view);
         }
         if self.object.views.is_empty() {

@@ -211,7 +211,7 @@ fn latents_settle_at_the_maximum_and_the_marginals_of_the_whole_problem() {
 
     let first = away_from(&whole.values, 1e-3, Seed(13));
     let mut smoother =
-        Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, steps: 2, refusals: 8 });
+        Smoother::new(Thresholds { relinearization: 0.01, propagation: 1e-5, iterations: 2, rejections: 8 });
     assert_eq!(smoother.add(passing_two_objects(&model).0, &first), 0);
     smoother.update().unwrap();
     assert!(smoother.settle(1e-14, 200).unwrap());
@@ -251,7 +251,8 @@ fn far_from_the_maximum_steps_are_damped_and_settle() {
             Outcome::Converged,
             "start {seed}"
         );
-        let thresholds = Thresholds { relinearization: 0.002, propagation: 2e-5, steps: 2, refusals: 8 };
+        let thresholds =
+            Thresholds { relinearization: 0.002, propagation: 2e-5, iterations: 2, rejections: 8 };
         let mut smoother = Smoother::new(thresholds);
         assert_eq!(smoother.add(passing_two_objects(&model).0, &first), 0);
         smoother.update().unwrap();

@@ -109,6 +109,27 @@ fn second_modes_are_tried_once_all_settles() {
     assert!(farthest > 0.5, "second modes change nothing: {farthest} deviations without");
 }
 
+/// What settled goes on as if it had not.
+#[test]
+fn steps_go_on_after_all_has_settled() {
+    let spec = WorldSpec::sparse_loop();
+    let model = model();
+    let world = World::new(&spec, Some(&model), Seed(5));
+    let estimator = Semantic::new(&matching_settings(&spec), &model);
+    let whole = estimator.estimate(&world.observations).unwrap();
+    let mut online = online(&estimator, &world.observations);
+    let steps = StepObservations::of(&world.observations);
+    for (step, new) in steps.into_iter().enumerate() {
+        online.advance(new).unwrap();
+        if step % 9 == 8 {
+            online.settle(1e-6, 100).unwrap();
+        }
+    }
+    assert!(online.settle(1e-6, 100).unwrap());
+    let [apart, spread] = difference(&online, &whole);
+    assert!(apart < 0.02 && spread < 1e-3, "{apart} deviations, variance {spread}");
+}
+
 /// A model that counts the crops that it encodes.
 struct Counting {
     of: TanhModel,
@@ -197,18 +218,17 @@ fn no_step_promises_more_than_its_factors_tell() {
     for seed in 0..30 {
         let world = World::new(&spec, Some(&model()), Seed(seed));
         let estimator = Geometric::new(&matching_settings(&spec));
-        let mut online = online(&estimator, &world.observations);
+        let [mut online, mut settled] = [(); 2].map(|()| online(&estimator, &world.observations));
         for (step, new) in StepObservations::of(&world.observations).into_iter().enumerate() {
-            let update = online.advance(new).unwrap();
-            let before = online.pose_covariance(step).unwrap();
+            let update = online.advance(new.clone()).unwrap();
+            settled.advance(new).unwrap();
+            assert!(settled.settle(1e-8, 100).unwrap(), "seed {seed}, step {step}");
+            let [now, then] = [&online, &settled].map(|of| of.pose_covariance(step).unwrap());
             steps += 1;
             unfinished += usize::from(update.is_unfinished);
-            // All is linearised anew, and factorised.
-            online.settle(1e-8, 100).unwrap();
-            let after = online.pose_covariance(step).unwrap();
             let bound = if update.is_unfinished { 0.5 } else { 0.05 };
             for i in 0..6 {
-                let off = (before[(i, i)] / after[(i, i)] - 1.0).abs();
+                let off = (now[(i, i)] / then[(i, i)] - 1.0).abs();
                 assert!(off < bound, "seed {seed}, step {step}, number {i}: {off}");
             }
         }

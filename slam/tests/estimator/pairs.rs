@@ -11,10 +11,10 @@ use nalgebra::{DVector, Point3, Vector3};
 use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
 use vantage_model::{MeasurementNoise, ObservationModel, PairModel};
 use vantage_slam::factor::semantic::SemanticScaling;
-use vantage_slam::factor::{PairFactor, SemanticFactor, StandardNormalPrior};
+use vantage_slam::factor::{PairFactor, SemanticFactor, StandardNormalPrior, UprightFactor};
 use vantage_slam::graph::Graph;
 use vantage_slam::variable::{Value, Values};
-use vantage_slam::{Estimator, Geometric, Key, Outcome, Semantic, ViewpointPairs};
+use vantage_slam::{Estimate, Estimator, Geometric, Key, Outcome, Semantic, ViewpointPairs};
 
 const SIZE: f64 = 0.4;
 const SCALING: SemanticScaling = SemanticScaling { noise: 1.0, information: 1.0 };
@@ -141,6 +141,38 @@ fn where_views_share_what_no_latent_tells_pairs_are_better_than_single_ones_and_
     assert!(paired < 0.95 * geometric.min(single), "{paired} of {geometric} and {single}");
     let bounds = interval(6.0 * 16.0);
     assert!(bounds.0 < nees && nees < bounds.1, "NEES per dimension {nees} in {bounds:?}");
+}
+
+/// The prior of a latent that turns with its object is the same at all yaws.
+#[test]
+fn a_yaw_that_no_view_tells_may_be_held_and_poses_stay_as_they_are() {
+    let all = Steerable::of_all(Seed(1));
+    for seed in 0..4 {
+        let world = world(Seed(seed));
+        let by = |yaw_sigma: f64| {
+            let mut settings = matching_settings(&WorldSpec::sparse_loop());
+            settings.semantics.yaw_sigma = yaw_sigma;
+            settings.orientation.yaw_candidates = 1;
+            settings.solver.tolerance = 1e-10;
+            Semantic::new(&settings, &all).estimate(&world.observations).unwrap()
+        };
+        let (free, held) = (by(UprightFactor::FREE_YAW), by(0.05));
+        let yaws = |of: &Estimate| -> Vec<f64> {
+            let turns = of.objects.iter().flatten().filter_map(|object| object.orientation.as_ref());
+            turns.map(|turn| turn.covariance.unwrap()[(2, 2)].sqrt()).collect()
+        };
+        assert!(yaws(&held).iter().all(|sigma| (sigma / 0.05 - 1.0).abs() < 0.1), "{:?}", yaws(&held));
+        assert!(yaws(&free).iter().all(|&sigma| sigma > 0.1), "{:?}", yaws(&free));
+        let of_free = free.world_from_robot.iter().zip(free.pose_covariances.as_ref().unwrap());
+        let of_held = held.world_from_robot.iter().zip(held.pose_covariances.as_ref().unwrap());
+        for ((pose, covariance), (again, other)) in of_free.zip(of_held).skip(1) {
+            let apart = se3::log(&pose.inv_mul(again));
+            for i in 0..6 {
+                assert!(apart[i].abs() < 1e-2 * covariance[(i, i)].sqrt(), "seed {seed}: {apart}");
+                assert_relative_eq!(other[(i, i)], covariance[(i, i)], max_relative = 0.05);
+            }
+        }
+    }
 }
 
 #[test]

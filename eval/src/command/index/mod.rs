@@ -2,6 +2,11 @@
 
 mod associations;
 mod consistency;
+mod online;
+
+use associations::{ASSOCIATIONS, associations};
+use consistency::{CONSISTENCIES, consistencies};
+use online::{ONLINES, onlines};
 
 use super::cli::IndexArgs;
 use super::error::BenchError;
@@ -28,9 +33,6 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-pub use associations::{ASSOCIATIONS, associations};
-pub use consistency::{CONSISTENCIES, consistencies};
-
 /// Name of the index.
 pub const INDEX: &str = "README.md";
 
@@ -53,13 +55,17 @@ pub fn write_index(args: &IndexArgs, stdout: &mut impl Write) -> Result<Exit, Be
     let text = index(folder)?;
     let root = OutputFolder::probe(folder)?;
     root.write(INDEX, text.as_bytes())?;
-    let scenes = scenes(folder)?;
-    for (name, page) in [(ASSOCIATIONS, associations(&scenes)), (CONSISTENCIES, consistencies(&scenes))] {
+    for (name, page) in pages(&scenes(folder)?) {
         page.map(|page| root.write(name, page.as_bytes())).transpose()?;
     }
     let here = format!("{}/", folder.to_string_lossy().trim_end_matches('/'));
     write!(stdout, "{}", scene_table(folder, &here)?)?;
     Ok(Exit::Success)
+}
+
+/// Pages on which scenes stand side by side, by name; none where no scene has what a page is about.
+pub fn pages(scenes: &[Results]) -> [(&'static str, Option<String>); 3] {
+    [(ASSOCIATIONS, associations(scenes)), (CONSISTENCIES, consistencies(scenes)), (ONLINES, onlines(scenes))]
 }
 
 /// The finished results of scenes.
@@ -163,6 +169,9 @@ pub fn index(root: &Path) -> Result<String, ResultsError> {
     }
     if consistencies(&scenes).is_some() {
         text += &format!("\nWhat is promised, and what is kept: [{CONSISTENCIES}]({CONSISTENCIES})\n");
+    }
+    if onlines(&scenes).is_some() {
+        text += &format!("\nAfter every step: [{ONLINES}]({ONLINES})\n");
     }
     let maps = folders(root, ResultKind::Map);
     if !maps.is_empty() {

@@ -1,6 +1,7 @@
-//! A growing posterior by its geometry: poses, objects and landmarks, as odometry, boxes and pixels have them.
+//! A posterior that grows with the steps: poses, objects and landmarks, by odometry, boxes and pixels, and by what else is known of objects.
 
 use crate::extents::{add_ellipsoid, edges};
+use crate::factor::Factor;
 use crate::graph::Graph;
 use crate::incremental::{Smoother, Thresholds};
 use crate::mapping::{place_landmark, place_object, robots};
@@ -14,16 +15,16 @@ use vantage_dataset::{LandmarkSighting, Odometry, Pose};
 /// Found on episodes of bearings: these leave poses up to 0.07 of their deviations from where they belong, and one and a half times the first
 /// up to 0.13.
 const THRESHOLDS: Thresholds =
-    Thresholds { relinearization: 0.002, propagation: 2e-5, steps: 2, refusals: 8 };
+    Thresholds { relinearization: 0.002, propagation: 2e-5, iterations: 2, rejections: 8 };
 
 /// The posterior, and what of it has a place.
-pub(super) struct Geometry<'m> {
+pub(super) struct GrowingPosterior<'m> {
     pub smoother: Smoother<'m>,
     objects: BTreeSet<usize>,
     landmarks: BTreeSet<usize>,
 }
 
-impl<'m> Geometry<'m> {
+impl<'m> GrowingPosterior<'m> {
     /// Empty.
     pub fn new() -> Self {
         let (objects, landmarks) = Default::default();
@@ -73,8 +74,9 @@ impl<'m> Geometry<'m> {
             return;
         }
         let Some(sighting) = sightings.last() else { return };
-        if self.values().get(Key::Extents(track)).is_some() {
-            graph.push(edges(problem, track, sighting));
+        let edges = edges(problem, track, sighting);
+        if edges.residual(self.values()).is_some() {
+            graph.push(edges);
             problem.add_depth(&mut graph, track, sighting);
         } else {
             problem.add_views(&mut graph, track, &[*sighting]);
@@ -83,7 +85,6 @@ impl<'m> Geometry<'m> {
     }
 
     /// Adds an object at a first place, by all of its boxes and by more factors with their first values; in place of what was known of it.
-    /// Returns the number of factors left out.
     pub fn place(
         &mut self,
         problem: &Problem<'_>,
@@ -91,7 +92,7 @@ impl<'m> Geometry<'m> {
         sightings: &[Sighting],
         place: Value,
         (more, mut first): (Graph<'m>, Values),
-    ) -> usize {
+    ) {
         self.smoother.remove_object(track);
         self.objects.insert(track);
         let mut values = robots(self.values(), sightings.iter().map(|sighting| sighting.step));
@@ -109,12 +110,12 @@ impl<'m> Geometry<'m> {
             first.insert(key, value.clone());
         }
         graph.extend(more);
-        self.smoother.add(graph, &first)
+        self.smoother.add(graph, &first);
     }
 
-    /// Takes in the last of a landmark's sightings; all of them, as soon as these place it. Returns the number left out.
-    pub fn see_landmark(&mut self, problem: &Problem<'_>, sightings: &[LandmarkSighting]) -> usize {
-        let Some(&sighting) = sightings.last() else { return 0 };
+    /// Takes in the last of a landmark's sightings; all of them, as soon as these place it.
+    pub fn see_landmark(&mut self, problem: &Problem<'_>, sightings: &[LandmarkSighting]) {
+        let Some(&sighting) = sightings.last() else { return };
         let landmark = sighting.landmark;
         let mut graph = Graph::default();
         let mut first = Values::default();
@@ -122,11 +123,11 @@ impl<'m> Geometry<'m> {
             problem.add_projections(&mut graph, &[sighting]);
         } else {
             let mut in_front = sightings.to_vec();
-            let Ok(point) = place_landmark(problem, self.values(), landmark, &mut in_front) else { return 0 };
+            let Ok(point) = place_landmark(problem, self.values(), landmark, &mut in_front) else { return };
             first.insert(Key::Landmark(landmark), Value::Point(point));
             problem.add_projections(&mut graph, &in_front);
             self.landmarks.insert(landmark);
         }
-        self.smoother.add(graph, &first)
+        self.smoother.add(graph, &first);
     }
 }
