@@ -22,8 +22,8 @@ pub struct OnlineRun {
     pub covariances: Option<Vec<Matrix6<f64>>>,
     /// The poses of all steps after the last.
     pub at_end: Vec<Pose>,
-    /// The same at the maximum; `None` where it was not reached.
-    pub settled: Option<Vec<Pose>>,
+    /// The same at the maximum, or as near to it as so many iterations come.
+    pub settled: Vec<Pose>,
     /// How long each step took.
     pub times: Vec<Duration>,
 }
@@ -120,11 +120,10 @@ fn run(
         (0..observations.steps()).filter_map(|step| online.world_from_robot(step)).collect::<Vec<_>>()
     };
     run.at_end = poses(&online);
-    match online.settle(SETTLED, MOST_ITERATIONS) {
-        Ok(true) => run.settled = Some(poses(&online)),
-        Ok(false) => {}
-        Err(error) => return Some(Err(error)),
+    if let Err(error) = online.settle(SETTLED, MOST_ITERATIONS) {
+        return Some(Err(error));
     }
+    run.settled = poses(&online);
     Some(Ok(run))
 }
 

@@ -143,7 +143,7 @@ pub fn online_table(
                         newest: &run.newest,
                         covariances: run.covariances.as_deref(),
                         at_end: &run.at_end,
-                        settled: run.settled.as_deref(),
+                        settled: &run.settled,
                         whole: &answer.world_from_robot,
                     };
                     (Outcome::Done, online_scores(&truth.world_from_robot, &driven)?)

@@ -30,8 +30,8 @@ pub struct Driven<'a> {
     pub covariances: Option<&'a [Matrix6<f64>]>,
     /// All poses after the last step.
     pub at_end: &'a [Pose],
-    /// All poses at the maximum, where that was reached.
-    pub settled: Option<&'a [Pose]>,
+    /// All poses at the maximum, or as near to it as they came.
+    pub settled: &'a [Pose],
     /// All poses by the whole episode at once.
     pub whole: &'a [Pose],
 }
@@ -41,7 +41,7 @@ pub fn online_scores(truth: &[Pose], driven: &Driven<'_>) -> Result<Scores, Pair
     let newest = Pairs::by_step(truth, driven.newest)?;
     let at_end = Pairs::by_step(truth, driven.at_end)?;
     let apart = Pairs::by_step(driven.whole, driven.at_end)?;
-    let settled = driven.settled.map(|settled| Pairs::by_step(driven.whole, settled)).transpose()?;
+    let settled = Pairs::by_step(driven.whole, driven.settled)?;
     let consistency = driven.covariances.and_then(|covariances| pose_consistency(&newest, covariances));
     let nees = consistency.map(|found| found.pose.iter().sum::<f64>() / found.pose.len() as f64);
     let values = [
@@ -50,7 +50,7 @@ pub fn online_scores(truth: &[Pose], driven: &Driven<'_>) -> Result<Scores, Pair
         (Metric::NeesNewest, nees),
         (Metric::AteAtEnd, ate(&at_end)),
         (Metric::ApartAtEnd, ate(&apart)),
-        (Metric::ApartSettled, settled.and_then(|settled| ate(&settled))),
+        (Metric::ApartSettled, ate(&settled)),
     ];
     Ok(values.into_iter().filter_map(|(metric, value)| Some((metric, value?))).collect())
 }
@@ -78,7 +78,7 @@ mod tests {
             newest: &newest,
             covariances: Some(&covariances),
             at_end: &at_end,
-            settled: Some(&whole),
+            settled: &whole,
             whole: &whole,
         };
         let scores = online_scores(&truth, &driven).unwrap();
