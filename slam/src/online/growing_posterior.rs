@@ -12,8 +12,7 @@ use crate::variable::{Key, Value, Values};
 use std::collections::BTreeSet;
 use vantage_dataset::{LandmarkSighting, Odometry, Pose};
 
-/// Found on episodes of bearings: these leave poses up to 0.07 of their deviations from where they belong, and one and a half times the first
-/// up to 0.13.
+/// These leave poses within 0.1 of their deviations from where they belong, on simulated episodes of bearings.
 const THRESHOLDS: Thresholds =
     Thresholds { relinearization: 0.002, propagation: 2e-5, iterations: 2, rejections: 8 };
 
