@@ -83,8 +83,12 @@ fn results_have_all_scores_that_a_run_has_today() {
             let metrics = results.table(table).map(|stored| stored.metrics());
             assert_eq!(metrics, drives.then_some(columns), "{name}, {table}: make its results again");
         }
+    }
+    for results in scenes(&root().join("results")).unwrap() {
+        let drives = results.table(TRAJECTORIES).is_some();
         let of_steps = results.table(ONLINE).map(|stored| stored.metrics());
-        assert!(of_steps.is_none_or(|metrics| metrics == &online::COLUMNS[..]), "{name}, {ONLINE}");
+        let remedy = "make its results again with `--online`";
+        assert_eq!(of_steps, drives.then_some(&online::COLUMNS[..]), "{}: {remedy}", results.scene);
     }
 }
 

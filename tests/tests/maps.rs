@@ -82,8 +82,9 @@ fn a_scene_that_varies_is_a_map_and_what_is_of_one_cell_is_refused() {
     scene.run().expect(0, &["cells: 2 of 2"]);
     let results = Results::read(&scene.path("out/maps/small")).unwrap();
     assert_eq!(results.tables.len(), 2);
-    let mut online = scene.command();
-    Finished::of(online.arg("--online")).expect(2, &["varies fields of its own", "--online"]);
+    for option in ["--online", "--dump"] {
+        Finished::of(scene.command().arg(option)).expect(2, &["varies fields of its own", option]);
+    }
     let mut look = scene.on(&["look"], "scene.yaml");
     look.arg("--out").arg(scene.path("look.png"));
     Finished::of(&mut look).expect(0, &["varies world.objects"]);

@@ -92,6 +92,7 @@ impl Source {
             (args.associate, "`--associate`"),
             (!args.associations.is_empty(), "`--associations`"),
             (args.json, "`--json`"),
+            (args.dump, "`--dump`"),
             (args.stages.train, "`--train`"),
             (!args.stages.model.is_empty(), "`--model`"),
             (!args.stages.trajectories.is_empty(), "`--trajectories`"),
