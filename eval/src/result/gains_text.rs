@@ -106,7 +106,7 @@ fn texts(row: &Row<'_>, seeds: usize) -> Vec<String> {
 }
 
 /// Four digits.
-pub(super) fn p_text(p: f64) -> String {
+pub(crate) fn p_text(p: f64) -> String {
     if p < 1e-4 { "< 0.0001".to_owned() } else { format!("{p:.4}") }
 }
 

@@ -3,6 +3,9 @@
 mod associations;
 mod consistency;
 mod online;
+mod scene_table;
+
+pub use scene_table::scene_table;
 
 use associations::{ASSOCIATIONS, associations};
 use consistency::{CONSISTENCIES, consistencies};
@@ -17,18 +20,12 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
 use crate::result::manifest;
-use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
-use crate::result::paired::Paired;
 use crate::result::report::TABLES;
 use crate::result::results_file::{FILE_NAME, Results, ResultsError};
 use crate::result::standing::Standing;
 use crate::result::statistics::Mean;
-use crate::result::table::Table;
 use crate::scene_file;
-use crate::scene_file::row::Row;
-use crate::scene_file::row_name::is_learned;
-use crate::score::trajectory_scores::TRAJECTORIES;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -37,10 +34,6 @@ use std::path::{Path, PathBuf};
 pub const INDEX: &str = "README.md";
 
 const UNDEFINED: &str = "-";
-const TABLE_HEAD: &str = "\
-| scene | seeds | odometry | geometric | learned | paired difference | seeds better |
-|---|---|---|---|---|---|---|
-";
 
 /// Writes the tables of all finished results anew from their raw scores, and the index into the folder; prints its table of scenes
 /// with links from here.
@@ -111,53 +104,14 @@ fn renew_study(result: &Path) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// A table of all scenes below `root` that have trajectories, Markdown, those that gain most first; links begin with `prefix`.
-///
-/// Mean ATE in metres; the difference is the learned row's less that of geometry alone on the same seed, with its 95% interval.
-pub fn scene_table(root: &Path, prefix: &str) -> Result<String, ResultsError> {
-    let mut rows = Vec::new();
-    for folder in folders(root, ResultKind::Scene) {
-        let results = Results::read(&folder)?;
-        if let Some(table) = results.table(TRAJECTORIES) {
-            let learned: Vec<&String> = table.methods().iter().filter(|method| is_learned(method)).collect();
-            for method in &learned {
-                let label = match learned.len() {
-                    1 => results.scene.clone(),
-                    _ => format!("{}, {method}", results.scene),
-                };
-                let link = format!("[{label}]({prefix}scenes/{}/{TABLES})", results.scene);
-                let paired = table.paired(method, Metric::Ate);
-                let gain = paired.as_ref().and_then(Paired::mean).map_or(f64::INFINITY, |mean| mean.mean);
-                rows.push((gain, row(&link, table, method, paired.as_ref())));
-            }
-        }
-    }
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
-    Ok(TABLE_HEAD.to_owned() + &rows.into_iter().map(|(_, row)| row).collect::<String>())
-}
-
-fn row(link: &str, table: &Table, method: &str, paired: Option<&Paired>) -> String {
-    let ate = |method: &str| {
-        table.cell(method, Metric::Ate).mean.map_or_else(|| UNDEFINED.to_owned(), |mean| metres(mean.mean))
-    };
-    let difference =
-        paired.and_then(Paired::mean).map_or_else(|| UNDEFINED.to_owned(), |mean| with_interval(&mean));
-    let better = paired
-        .map_or_else(|| UNDEFINED.to_owned(), |paired| format!("{} of {}", paired.better(), paired.seeds()));
-    let [odometry, geometric] = [Row::Odometry, Row::Geometric].map(|row| ate(&row.to_string()));
-    let (seeds, scored) = (table.seeds().len(), paired.map_or(0, Paired::seeds));
-    let seeds = if scored < seeds { format!("{scored} of {seeds}") } else { seeds.to_string() };
-    let learned = ate(method);
-    format!("| {link} | {seeds} | {odometry} | {geometric} | {learned} | {difference} | {better} |\n")
-}
-
 /// The whole index, Markdown, with links from `root`.
 pub fn index(root: &Path) -> Result<String, ResultsError> {
     let mut text = format!(
         "# Results\n\nMade by `bench index`, from the files beside it.\n\n## Scenes\n\n\
          Mean error of the trajectory (ATE) in metres, first poses aligned.\n\
-         The paired difference is *learned* less *geometric* on the same seed, with its 95% interval.\n\
-         Less than zero is a gain.\n\n{}\n",
+         The paired difference is *learned* less *geometric* on the same seed, with its 95% BCa interval.\n\
+         `p` is Wilcoxon's, after Holm's correction over all rows of this table.\n\
+         A gain or a harm is told where the interval, a sign test and `p` agree.\n\n{}\n",
         scene_table(root, "")?
     );
     for folder in folders(root, ResultKind::Scene) {
@@ -241,7 +195,9 @@ fn with_interval(mean: &Mean) -> String {
 mod tests {
     use super::*;
     use crate::result::manifest::Manifest;
+    use crate::result::metric::Metric;
     use crate::result::report::markdown;
+    use crate::result::table::Table;
     use crate::result::table::tests::{METHODS, run, runs, table};
     use vantage_dataset::Seed;
 
@@ -275,9 +231,12 @@ mod tests {
         assert_eq!(lines.len(), 2, "{table}");
         assert_eq!(
             lines[0],
-            "| [gains](results/scenes/gains/tables.md) | 4 | 1.000 | 0.650 | 0.550 | -0.100 +- 0.000 | 4 of 4 |"
+            "| [gains](results/scenes/gains/tables.md) | 4 | 1.000 | 0.650 | 0.550 | -0.100 [-0.100, -0.100] | 4 of 4 | 0.2500 | undecided |"
         );
-        assert!(lines[1].contains("| 0.650 | 0.000 +- 0.000 | 4 of 4 |"), "{table}");
+        assert!(
+            lines[1].contains("| 0.650 | 0.000 [0.000, 0.000] | 4 of 4 | 0.2500 | undecided |"),
+            "{table}"
+        );
         let text = index(root).unwrap();
         assert!(
             text.contains(
