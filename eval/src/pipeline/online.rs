@@ -9,9 +9,8 @@ use vantage_dataset::store::read_observations;
 use vantage_dataset::{Observations, Pose, Seed};
 use vantage_slam::{EstimateError, Online, StepObservations};
 
-/// What an iteration promises, nats, that counts as nothing, and most iterations to get there.
+/// What an iteration promises, nats, that counts as nothing.
 const SETTLED: f64 = 1e-6;
-const MOST_ITERATIONS: usize = 100;
 
 /// A method's answers on an episode, step by step.
 #[derive(Clone, Debug, Default)]
@@ -99,7 +98,8 @@ fn run(
     if !method.row.is_by_model_alone() {
         return None;
     }
-    let estimator = method.row.estimator(&pipeline.file.estimator.settings(), method.model.reader());
+    let settings = pipeline.file.estimator.settings();
+    let estimator = method.row.estimator(&settings, method.model.reader());
     let mut online = match estimator.online(observations.camera, observations.robot_from_camera)? {
         Ok(online) => online,
         Err(error) => return Some(Err(error)),
@@ -120,7 +120,7 @@ fn run(
         (0..observations.steps()).filter_map(|step| online.world_from_robot(step)).collect::<Vec<_>>()
     };
     run.at_end = poses(&online);
-    if let Err(error) = online.settle(SETTLED, MOST_ITERATIONS) {
+    if let Err(error) = online.settle(SETTLED, settings.solver.max_iterations) {
         return Some(Err(error));
     }
     run.settled = poses(&online);
