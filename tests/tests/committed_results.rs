@@ -96,7 +96,7 @@ fn results_have_all_scores_that_a_run_has_today() {
 
 /// Means over seeds, and the most of any, metres.
 const SETTLED: (f64, f64) = (0.005, 0.05);
-/// Scene and seed on which the whole episode ends in a maximum that is less probable than that after every step, by 1000 nats and more.
+/// Scene and seed on which the whole episode ends in a maximum that is less probable than that after every step.
 const WORSE_AT_ONCE: (&str, Seed) = ("drifting", Seed(11));
 
 #[test]
