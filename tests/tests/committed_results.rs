@@ -4,7 +4,6 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use vantage_dataset::Seed;
 use vantage_eval::command::{
     INDEX, MAP_FILE, STUDY_FILE, folders, index, map_pages, pages, scene_table, scenes, study_pages,
 };
@@ -96,16 +95,13 @@ fn results_have_all_scores_that_a_run_has_today() {
 
 /// Means over seeds, and the most of any, metres.
 const SETTLED: (f64, f64) = (0.005, 0.05);
-/// Scene and seed on which the whole episode ends in a maximum that is less probable than that after every step.
-const WORSE_AT_ONCE: (&str, Seed) = ("drifting", Seed(11));
 
 #[test]
 fn estimates_after_every_step_settle_where_whole_episodes_have_them() {
     for results in scenes(&root().join("results")).unwrap() {
         let Some(table) = results.table(ONLINE) else { continue };
         for row in table.methods() {
-            let settled = |run: &&Run| (results.scene.as_str(), run.seed) != WORSE_AT_ONCE;
-            let runs: Vec<&Run> = table.runs_of(row).iter().filter(settled).collect();
+            let runs = table.runs_of(row);
             let apart: Vec<f64> =
                 runs.iter().filter_map(|run| run.scores.get(&Metric::ApartSettled).copied()).collect();
             let mean = apart.iter().sum::<f64>() / apart.len() as f64;

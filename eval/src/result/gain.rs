@@ -25,6 +25,8 @@ pub struct Gain {
     pub median: f64,
     /// On how many seeds the method is better.
     pub better: usize,
+    /// Whether the seeds agree with the sign of the mean: [`Paired::seeds_agree`].
+    pub seeds_agree: bool,
     /// Of Wilcoxon's signed ranks, two-sided; `None` where all differences are zero.
     pub p: Option<f64>,
     /// Sum of the five largest gains over that of all differences, above 1 where the others lose; `None` for fewer than ten seeds, or
@@ -54,6 +56,7 @@ impl Gain {
             interval: bca_interval(&differences),
             median: paired.median()?,
             better: paired.better(),
+            seeds_agree: paired.seeds_agree(),
             p: paired.p(),
             best_share: best_share(differences.iter().map(|d| d * improvement).collect()),
             geometric_change: geometric_change(paired),

@@ -25,6 +25,7 @@ pub mod step_times;
 pub mod summary_text;
 pub mod table;
 pub mod table_text;
+pub mod verdict;
 pub mod wilcoxon;
 
 pub use vantage_formats::trajectory;

@@ -1,11 +1,13 @@
 //! What a run says first: a table of trajectories, one of latents, and the answer in words.
 
+use super::gain::Gain;
 use super::gains_text::p_text;
 use super::grid::{Style, UNDEFINED, draw_in_parts};
-use super::holm::{SIGNIFICANT, holm};
+use super::holm::holm;
 use super::metric::Metric;
 use super::table::Table;
 use super::table_text::{mean_text, over, runs_text};
+use super::verdict::Verdict;
 use crate::scene_file::row_name::is_learned;
 
 /// Columns that both tables fit into; on a narrower terminal they come in parts.
@@ -64,38 +66,39 @@ pub fn answers(table: &Table) -> Vec<String> {
 /// What a method does to the reference's ATE, as far as the interval of the paired differences, the seeds' agreement and their signed
 /// ranks tell; `None` without an interval.
 pub fn answer(table: &Table, method: &str) -> Option<String> {
-    let paired = table.paired(method, Metric::Ate)?;
-    let mean = paired.mean()?;
-    let (low, high) = mean.interval()?;
+    let gain = Gain::of(&table.paired(method, Metric::Ate)?)?;
+    let (low, high) = gain.interval?;
     let (reference, metres) = (table.reference()?, |value: f64| Metric::Ate.display(value));
-    let counted = format!("{} of {} seeds are better", paired.better(), paired.seeds());
+    let counted = format!("{} of {} seeds are better", gain.better, gain.seeds);
     if low <= 0.0 && high >= 0.0 {
         return Some(format!(
-            "{method} neither lowers nor raises the mean ATE of {reference} for certain: the 95% interval of the \
+            "{method} neither lowers nor raises the mean ATE of {reference} for certain: the 95% BCa interval of the \
              difference, {} to {} m, holds 0; {counted}.",
             metres(low),
             metres(high)
         ));
     }
-    let (verb, comparative) = if high < 0.0 { ("lowers", "lower") } else { ("raises", "higher") };
     let (least, most) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
-    let by = metres(mean.mean.abs());
-    let interval = format!("(95% interval {} to {} m)", metres(least), metres(most));
+    let by = metres(gain.mean.mean.abs());
+    let interval = format!("(95% BCa interval {} to {} m)", metres(least), metres(most));
     let p = adjusted_p(table, method)?;
-    let but = match paired.seeds_agree() {
-        true if p < SIGNIFICANT => {
+    let verb = match Verdict::of(&gain, Some(p)) {
+        Verdict::Gain => "lowers",
+        Verdict::Harm => "raises",
+        Verdict::Undecided => {
+            let comparative = if high < 0.0 { "lower" } else { "higher" };
+            let but = match gain.seeds_agree {
+                true => format!("the seeds' signed ranks may be chance (p = {})", p_text(p)),
+                false => "the seeds disagree".to_owned(),
+            };
             return Some(format!(
-                "{method} {verb} the mean ATE of {reference} by {by} m {interval}; {counted}."
+                "{method} is not told apart from {reference}: its mean ATE is {by} m {comparative} {interval}, but {but}; {counted}, \
+                 and the median difference is {} m.",
+                metres(gain.median)
             ));
         }
-        true => format!("the seeds' signed ranks may be chance (p = {})", p_text(p)),
-        false => "the seeds disagree".to_owned(),
     };
-    Some(format!(
-        "{method} is not told apart from {reference}: its mean ATE is {by} m {comparative} {interval}, but {but}; {counted}, \
-         and the median difference is {} m.",
-        metres(paired.median()?)
-    ))
+    Some(format!("{method} {verb} the mean ATE of {reference} by {by} m {interval}; {counted}."))
 }
 
 /// Wilcoxon's p-value of a method's ATE, adjusted over it and the learned rows; `None` where it never differs from the reference's.

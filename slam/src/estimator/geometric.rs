@@ -7,14 +7,19 @@ use crate::graph::Graph;
 use crate::initial::start_poses;
 use crate::input::{EstimateError, check_observations, check_settings};
 use crate::mapping::{place_landmarks, place_objects};
-use crate::online::{Online, Reading};
+use crate::online::{Online, Reading, StepObservations};
 use crate::posterior::{Posterior, Seen};
 use crate::problem::{Problem, add_odometry};
 use crate::set_down::set_down;
 use crate::settings::{GeometrySettings, OdometrySettings, Settings, SolverSettings};
 use crate::sighting::{landmark_sightings, sightings};
 use crate::solve::Outcome;
+use crate::variable::{Key, Value, Values};
 use vantage_dataset::{Camera, Observations, Pose};
+
+/// Steps of the longest episode that is driven through for another start: a step takes milliseconds, and more where an object is seen
+/// on end.
+const LONGEST_DRIVEN: usize = 1000;
 
 /// The motion model of Eq. 3 and the geometric measurements of Eq. 6.
 #[derive(Clone, Copy, Debug)]
@@ -53,11 +58,37 @@ impl Geometric {
         check_settings(&self.odometry)?;
         check_settings(&self.geometry)?;
         check_observations(observations, &self.odometry)?;
+        let mut reckoned = start_poses(observations);
+        set_down(&self.problem(observations), &mut reckoned, &sightings(observations).0);
+        let posterior = self.maximum(observations, reckoned);
+        if posterior.is_plausible() || observations.steps() > LONGEST_DRIVEN {
+            return Ok(posterior);
+        }
+        Ok(match self.driven(observations) {
+            Some(driven) => posterior.or(self.maximum(observations, driven), &self.solver),
+            None => posterior,
+        })
+    }
+
+    /// The robot's poses as they are after the last step, each step added to the maximum of those before it: dead reckoning's drift is gone. `None`
+    /// where a step is refused.
+    fn driven(&self, observations: &Observations) -> Option<Values> {
+        let mut online = self.online_by(None, (observations.camera, observations.robot_from_camera)).ok()?;
+        for step in StepObservations::of(observations) {
+            online.advance(step).ok()?;
+        }
+        let mut poses = Values::default();
+        for step in 0..observations.steps() {
+            poses.insert(Key::Robot(step), Value::Pose(online.world_from_robot(step)?));
+        }
+        Some(poses)
+    }
+
+    /// The maximum that these poses, and what is placed from them, lead to.
+    fn maximum<'m>(&self, observations: &Observations, mut start: Values) -> Posterior<'m> {
         let problem = self.problem(observations);
         let (mut whole, truncated) = sightings(observations);
         let mut dropped = Dropped { truncated: truncated.values().sum(), ..Dropped::default() };
-        let mut start = start_poses(observations);
-        set_down(&problem, &mut start, &whole);
         let mut unresolved = place_objects(&problem, &mut start, &whole);
         for lost in &unresolved {
             dropped.unresolved += whole.remove(&lost.track).map_or(0, |of_track| of_track.len());
@@ -86,7 +117,7 @@ impl Geometric {
         }
         let landmarks = landmarks.into_iter().map(|(landmark, seen)| (landmark, seen.len())).collect();
         let posterior = Posterior::maximum(graph, start, whole, &self.solver);
-        Ok(Posterior { unresolved, landmarks, unresolved_landmarks, dropped, ..posterior })
+        Posterior { unresolved, landmarks, unresolved_landmarks, dropped, ..posterior }
     }
 
     /// The estimate of a posterior; `semantic` tells of the objects with orientation and latent.

@@ -14,7 +14,7 @@ use crate::settings::{OrientationSettings, SemanticSettings};
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
 use std::collections::{BTreeMap, VecDeque};
-use vantage_dataset::Pose;
+use vantage_dataset::{LandmarkSighting, Pose};
 use vantage_model::{AnswerError, ObservationModel};
 
 /// How crops are read.
@@ -182,7 +182,7 @@ impl<'m> Crops<'m> {
     pub fn settle(
         &mut self,
         problem: &Problem<'_>,
-        sightings: &BTreeMap<usize, Vec<Sighting>>,
+        (sightings, landmarks): (&BTreeMap<usize, Vec<Sighting>>, &BTreeMap<usize, Vec<LandmarkSighting>>),
         geometry: &GrowingPosterior<'_>,
         (promise, iterations): (f64, usize),
     ) -> Result<Result<bool, Indefinite>, AnswerError> {
@@ -196,6 +196,7 @@ impl<'m> Crops<'m> {
                 self.posterior.place(problem, number, seen, Value::Point(center), no_more);
             }
         }
+        self.posterior.place_more(problem, &BTreeMap::new(), landmarks);
         while self.orient(problem, sightings, geometry, Budget::new(f64::INFINITY))? {}
         Ok(self.settle_modes(promise, iterations))
     }

@@ -9,7 +9,7 @@ use crate::problem::{Problem, add_bias, add_gauge, add_motion};
 use crate::settings::OdometrySettings;
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use vantage_dataset::{LandmarkSighting, Odometry, Pose};
 
 /// These leave poses within 0.1 of their deviations from where they belong, on simulated episodes of bearings.
@@ -110,6 +110,27 @@ impl<'m> GrowingPosterior<'m> {
         }
         graph.extend(more);
         self.smoother.add(graph, &first);
+    }
+
+    /// Looks again for places of what has none, among all that was seen of it; true if any is found.
+    pub fn place_more(
+        &mut self,
+        problem: &Problem<'_>,
+        objects: &BTreeMap<usize, Vec<Sighting>>,
+        landmarks: &BTreeMap<usize, Vec<LandmarkSighting>>,
+    ) -> bool {
+        let before = self.objects.len() + self.landmarks.len();
+        for (&track, sightings) in objects {
+            if !self.has(track) {
+                self.see(problem, track, sightings);
+            }
+        }
+        for (landmark, sightings) in landmarks {
+            if !self.landmarks.contains(landmark) {
+                self.see_landmark(problem, sightings);
+            }
+        }
+        self.objects.len() + self.landmarks.len() > before
     }
 
     /// Takes in the last of a landmark's sightings; all of them, as soon as these place it.

@@ -82,16 +82,21 @@ impl<'m> Map<'m> {
         }
     }
 
-    /// Settles geometry, and crops from there; `problem` is that of all boxes, where any are read.
+    /// Settles geometry, with what has a place only there, and crops from there; `problem` is that of all boxes, where any are read.
     pub fn settle(
         &mut self,
         problem: Option<&Problem<'_>>,
         (promise, iterations): (f64, usize),
         indefinite: impl Fn(Indefinite) -> EstimateError,
     ) -> Result<bool, EstimateError> {
-        let is_settled = self.geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
-        let (Some(problem), Some(crops)) = (problem, &mut self.crops) else { return Ok(is_settled) };
-        let settled = crops.settle(problem, &self.sightings, &self.geometry, (promise, iterations))?;
+        let Self { geometry, crops, sightings, landmarks } = self;
+        let mut is_settled = geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
+        let Some(problem) = problem else { return Ok(is_settled) };
+        if geometry.place_more(problem, sightings, landmarks) {
+            is_settled = geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
+        }
+        let Some(crops) = crops else { return Ok(is_settled) };
+        let settled = crops.settle(problem, (sightings, landmarks), geometry, (promise, iterations))?;
         Ok(settled.map_err(indefinite)? && is_settled)
     }
 }

@@ -85,8 +85,8 @@ impl<'m> Online<'m> {
         self.map.update().map_err(|_| EstimateError::Indefinite { step })
     }
 
-    /// Goes to the maximum, as of a whole episode: from that by geometry alone, all orientations are looked for again, and second modes of
-    /// ambiguous ones are tried. It is reached where no step promises to lower the cost by more than `promise` nats, which is
+    /// Goes to the maximum, as of a whole episode: from that by geometry alone, what has no place may get one, all orientations are looked for
+    /// again, and second modes of ambiguous ones are tried. It is reached where no step promises to lower the cost by more than `promise` nats, which is
     /// `sqrt(2 promise)` deviations; false where one does after so many `iterations` from any start.
     pub fn settle(&mut self, promise: f64, iterations: usize) -> Result<bool, EstimateError> {
         let last = self.steps().saturating_sub(1);
