@@ -95,7 +95,9 @@ impl<'m> Posterior<'m> {
         let iterations = self.solution.iterations + other.solution.iterations;
         let gain = self.solution.cost - other.solution.cost;
         let is_better = match other.used().cmp(&self.used()) {
-            Ordering::Equal => gain > solver.tolerance * self.solution.cost.max(1.0),
+            Ordering::Equal => {
+                self.solution.cost.is_nan() || gain > solver.tolerance * self.solution.cost.max(1.0)
+            }
             unequal => unequal == Ordering::Greater,
         };
         let mut best = if is_better && other.solution.outcome != Outcome::Diverged { other } else { self };

@@ -13,7 +13,6 @@ use vantage_eval::result::metric::Metric;
 use vantage_eval::result::paired::Paired;
 use vantage_eval::result::report::{TABLES as TABLES_FILE, markdown};
 use vantage_eval::result::results_file::{FILE_NAME, Results};
-use vantage_eval::result::run::Run;
 use vantage_eval::result::summary_text::answer;
 use vantage_eval::scene_file::map::MapFile;
 use vantage_eval::scene_file::row_name::is_learned;

@@ -1,6 +1,7 @@
 //! The posterior with the crops of objects: when their orientations are looked for, and how crops join.
 
 use super::growing_posterior::GrowingPosterior;
+use super::map::Sighted;
 use super::orienting::{Oriented, Orienting};
 use crate::estimate::Dropped;
 use crate::factor::Factor;
@@ -14,7 +15,7 @@ use crate::settings::{OrientationSettings, SemanticSettings};
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
 use std::collections::{BTreeMap, VecDeque};
-use vantage_dataset::{LandmarkSighting, Pose};
+use vantage_dataset::Pose;
 use vantage_model::{AnswerError, ObservationModel};
 
 /// How crops are read.
@@ -182,12 +183,13 @@ impl<'m> Crops<'m> {
     pub fn settle(
         &mut self,
         problem: &Problem<'_>,
-        (sightings, landmarks): (&BTreeMap<usize, Vec<Sighting>>, &BTreeMap<usize, Vec<LandmarkSighting>>),
+        sighted: &Sighted,
         geometry: &GrowingPosterior<'_>,
         (promise, iterations): (f64, usize),
     ) -> Result<Result<bool, Indefinite>, AnswerError> {
         self.posterior.smoother.move_to(geometry.values().iter().map(|(key, value)| (key, value.clone())));
         self.orienting = None;
+        let sightings = &sighted.objects;
         self.due = sightings.keys().copied().filter(|&track| geometry.has(track)).collect();
         for (&number, seen) in sightings.iter().filter(|(track, _)| geometry.has(**track)) {
             let center = geometry.values().get(Key::Object(number)).and_then(Value::position);
@@ -196,7 +198,7 @@ impl<'m> Crops<'m> {
                 self.posterior.place(problem, number, seen, Value::Point(center), no_more);
             }
         }
-        self.posterior.place_more(problem, &BTreeMap::new(), landmarks);
+        self.posterior.place_more(problem, sighted);
         while self.orient(problem, sightings, geometry, Budget::new(f64::INFINITY))? {}
         Ok(self.settle_modes(promise, iterations))
     }

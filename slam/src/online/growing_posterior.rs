@@ -1,5 +1,6 @@
 //! A posterior that grows with the steps: poses, objects and landmarks, by odometry, boxes and pixels, and by what else is known of objects.
 
+use super::map::Sighted;
 use crate::extents::{add_ellipsoid, edges};
 use crate::factor::Factor;
 use crate::graph::Graph;
@@ -9,7 +10,7 @@ use crate::problem::{Problem, add_bias, add_gauge, add_motion};
 use crate::settings::OdometrySettings;
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use vantage_dataset::{LandmarkSighting, Odometry, Pose};
 
 /// These leave poses within 0.1 of their deviations from where they belong, on simulated episodes of bearings.
@@ -113,19 +114,14 @@ impl<'m> GrowingPosterior<'m> {
     }
 
     /// Looks again for places of what has none, among all that was seen of it; true if any is found.
-    pub fn place_more(
-        &mut self,
-        problem: &Problem<'_>,
-        objects: &BTreeMap<usize, Vec<Sighting>>,
-        landmarks: &BTreeMap<usize, Vec<LandmarkSighting>>,
-    ) -> bool {
+    pub fn place_more(&mut self, problem: &Problem<'_>, sighted: &Sighted) -> bool {
         let before = self.objects.len() + self.landmarks.len();
-        for (&track, sightings) in objects {
+        for (&track, sightings) in &sighted.objects {
             if !self.has(track) {
                 self.see(problem, track, sightings);
             }
         }
-        for (landmark, sightings) in landmarks {
+        for (landmark, sightings) in &sighted.landmarks {
             if !self.landmarks.contains(landmark) {
                 self.see_landmark(problem, sightings);
             }

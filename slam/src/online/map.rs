@@ -12,19 +12,28 @@ use std::collections::BTreeMap;
 use vantage_dataset::{LandmarkSighting, Odometry};
 use vantage_model::AnswerError;
 
+/// What was seen, by track and landmark.
+#[derive(Default)]
+pub(super) struct Sighted {
+    pub objects: BTreeMap<usize, Vec<Sighting>>,
+    pub landmarks: BTreeMap<usize, Vec<LandmarkSighting>>,
+}
+
 /// Sightings, and the posteriors of them.
 pub(super) struct Map<'m> {
     geometry: GrowingPosterior<'m>,
     crops: Option<Crops<'m>>,
-    sightings: BTreeMap<usize, Vec<Sighting>>,
-    landmarks: BTreeMap<usize, Vec<LandmarkSighting>>,
+    sighted: Sighted,
 }
 
 impl<'m> Map<'m> {
     /// Empty, of a robot that reads crops as `reading` says.
     pub fn new(reading: Option<Reading<'m>>) -> Self {
-        let (sightings, landmarks) = Default::default();
-        Self { geometry: GrowingPosterior::new(), crops: reading.map(Crops::new), sightings, landmarks }
+        Self {
+            geometry: GrowingPosterior::new(),
+            crops: reading.map(Crops::new),
+            sighted: Sighted::default(),
+        }
     }
 
     /// The posterior of all that is read.
@@ -46,7 +55,7 @@ impl<'m> Map<'m> {
         let Some(sighting) = Sighting::new(&problem.observations.camera, index, detection) else {
             return Ok(());
         };
-        let sightings = self.sightings.entry(detection.track).or_default();
+        let sightings = self.sighted.objects.entry(detection.track).or_default();
         sightings.push(sighting);
         self.geometry.see(problem, detection.track, sightings);
         match &mut self.crops {
@@ -57,7 +66,7 @@ impl<'m> Map<'m> {
 
     /// Takes in a sighting of a landmark.
     pub fn see_landmark(&mut self, problem: &Problem<'_>, sighting: LandmarkSighting) {
-        let sightings = self.landmarks.entry(sighting.landmark).or_default();
+        let sightings = self.sighted.landmarks.entry(sighting.landmark).or_default();
         sightings.push(sighting);
         self.geometry.see_landmark(problem, sightings);
         if let Some(crops) = &mut self.crops {
@@ -68,7 +77,7 @@ impl<'m> Map<'m> {
     /// Goes on to look for orientations, within a budget.
     pub fn orient(&mut self, problem: &Problem<'_>, budget: Budget) -> Result<(), AnswerError> {
         if let Some(crops) = &mut self.crops {
-            crops.orient(problem, &self.sightings, &self.geometry, budget)?;
+            crops.orient(problem, &self.sighted.objects, &self.geometry, budget)?;
         }
         Ok(())
     }
@@ -89,14 +98,14 @@ impl<'m> Map<'m> {
         (promise, iterations): (f64, usize),
         indefinite: impl Fn(Indefinite) -> EstimateError,
     ) -> Result<bool, EstimateError> {
-        let Self { geometry, crops, sightings, landmarks } = self;
+        let Self { geometry, crops, sighted } = self;
         let mut is_settled = geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
         let Some(problem) = problem else { return Ok(is_settled) };
-        if geometry.place_more(problem, sightings, landmarks) {
+        if geometry.place_more(problem, sighted) {
             is_settled = geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
         }
         let Some(crops) = crops else { return Ok(is_settled) };
-        let settled = crops.settle(problem, (sightings, landmarks), geometry, (promise, iterations))?;
+        let settled = crops.settle(problem, sighted, geometry, (promise, iterations))?;
         Ok(settled.map_err(indefinite)? && is_settled)
     }
 }
