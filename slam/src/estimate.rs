@@ -24,7 +24,7 @@ pub struct Estimate {
     pub landmarks: BTreeMap<usize, LandmarkEstimate>,
     /// Landmarks that were seen and yet could not be placed, in order.
     pub unresolved_landmarks: Vec<UnresolvedLandmark>,
-    /// Linearisations of the last problem over all variables, and of its alternatives.
+    /// Linearisations of the last problem over all variables, from all of its starts.
     pub iterations: usize,
     /// Negative log-posterior, nats up to a constant; comparable only between answers of one estimator to one episode. Not a
     /// number where the outcome is [`Outcome::Diverged`] from the start.

@@ -61,6 +61,7 @@ pub mod noise;
 pub mod odometry_bias;
 pub mod online;
 pub mod orientation;
+mod plausible;
 pub mod posterior;
 pub mod problem;
 pub mod se3_jacobian;

@@ -3,7 +3,6 @@
 use crate::covariance::Marginals;
 use crate::estimate::{
     Dropped, Estimate, LandmarkEstimate, ObjectEstimate, Orientation, Unresolved, UnresolvedLandmark,
-    UnresolvedReason,
 };
 use crate::graph::Graph;
 use crate::lesson::DomainBelief;
@@ -13,13 +12,9 @@ use crate::sighting::Sighting;
 use crate::solve::{Outcome, Solution, solve};
 use crate::variable::{Key, Value, Values};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use vantage_dataset::Observations;
 use vantage_model::LatentGaussian;
-
-/// Of the standard normal law, at 99.9%.
-const QUANTILE: f64 = 3.0902;
 
 /// A graph with its maximum, and what of the detections is in it.
 pub struct Posterior<'m> {
@@ -73,41 +68,6 @@ impl<'m> Posterior<'m> {
             unresolved_landmarks: Vec::new(),
             dropped: Dropped::default(),
         }
-    }
-
-    /// Whether all is in the graph that has parallax, and residuals are no larger than noise makes them: below the 99.9% quantile of chi-square, by
-    /// Wilson and Hilferty's cube (1931).
-    pub(crate) fn is_plausible(&self) -> bool {
-        let Solution { values, cost, .. } = &self.solution;
-        let residuals = self.graph.factors().filter_map(|factor| factor.residual(values));
-        let freedom: usize = residuals.map(|residual| residual.len()).sum();
-        let freedom = freedom.saturating_sub(values.iter().map(|(_, value)| value.dim()).sum()).max(1) as f64;
-        let cube = 2.0 / (9.0 * freedom);
-        let behind = |reason| reason == UnresolvedReason::BehindCamera;
-        2.0 * cost <= freedom * (1.0 - cube + QUANTILE * cube.sqrt()).powi(3)
-            && !self.unresolved.iter().any(|lost| behind(lost.reason))
-            && !self.unresolved_landmarks.iter().any(|lost| behind(lost.reason))
-    }
-
-    /// This or another posterior of the same observations: that which has more of them in it, and of as many the more probable one, by more than
-    /// counts as none.
-    pub(crate) fn or(self, other: Self, solver: &SolverSettings) -> Self {
-        let iterations = self.solution.iterations + other.solution.iterations;
-        let gain = self.solution.cost - other.solution.cost;
-        let is_better = match other.used().cmp(&self.used()) {
-            Ordering::Equal => {
-                self.solution.cost.is_nan() || gain > solver.tolerance * self.solution.cost.max(1.0)
-            }
-            unequal => unequal == Ordering::Greater,
-        };
-        let mut best = if is_better && other.solution.outcome != Outcome::Diverged { other } else { self };
-        best.solution.iterations = iterations;
-        best
-    }
-
-    /// Sightings of objects and landmarks that are in the graph.
-    fn used(&self) -> usize {
-        self.sightings.values().map(Vec::len).sum::<usize>() + self.landmarks.values().sum::<usize>()
     }
 
     /// The marginal of the domain; `None` where there is none, or the normal equations are singular

@@ -2,6 +2,7 @@
 
 pub mod bootstrap;
 pub mod distribution;
+pub mod effect;
 pub mod error;
 pub mod folder;
 pub mod gain;
@@ -25,7 +26,6 @@ pub mod step_times;
 pub mod summary_text;
 pub mod table;
 pub mod table_text;
-pub mod verdict;
 pub mod wilcoxon;
 
 pub use vantage_formats::trajectory;

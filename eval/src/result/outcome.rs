@@ -1,7 +1,8 @@
 //! What came of the hypotheses of a map.
 
 use super::bootstrap::bca_interval;
-use super::holm::{SIGNIFICANT, holm};
+use super::effect::is_certain;
+use super::holm::holm;
 use super::metric::Metric;
 use super::results_file::Results;
 use super::statistics::Mean;
@@ -70,9 +71,7 @@ pub fn outcomes(map: &MapFile, results: &Results) -> Vec<Option<Outcome>> {
 }
 
 fn verdict(expects: Expectation, mean: &Mean, interval: Option<(f64, f64)>, p: Option<f64>) -> Verdict {
-    // Ranks and mean have to agree: of skewed differences they may not.
-    let certain =
-        p.is_some_and(|p| p < SIGNIFICANT) && interval.is_some_and(|(low, high)| low > 0.0 || high < 0.0);
+    let certain = is_certain(interval, p);
     match (expects, interval.filter(|_| mean.n >= FEWEST || !bounds(expects))) {
         (Expectation::Less, _) if certain && mean.mean < 0.0 => Verdict::Holds,
         (Expectation::More, _) if certain && mean.mean > 0.0 => Verdict::Holds,

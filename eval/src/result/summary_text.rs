@@ -1,5 +1,6 @@
 //! What a run says first: a table of trajectories, one of latents, and the answer in words.
 
+use super::effect::Effect;
 use super::gain::Gain;
 use super::gains_text::p_text;
 use super::grid::{Style, UNDEFINED, draw_in_parts};
@@ -7,7 +8,6 @@ use super::holm::holm;
 use super::metric::Metric;
 use super::table::Table;
 use super::table_text::{mean_text, over, runs_text};
-use super::verdict::Verdict;
 use crate::scene_file::row_name::is_learned;
 
 /// Columns that both tables fit into; on a narrower terminal they come in parts.
@@ -63,7 +63,7 @@ pub fn answers(table: &Table) -> Vec<String> {
     learned.filter_map(|method| answer(table, method)).collect()
 }
 
-/// What a method does to the reference's ATE, as far as the interval of the paired differences, the seeds' agreement and their signed
+/// What a method does to the reference's ATE, as far as the BCa interval of the paired differences, the seeds' agreement and their signed
 /// ranks tell; `None` without an interval.
 pub fn answer(table: &Table, method: &str) -> Option<String> {
     let gain = Gain::of(&table.paired(method, Metric::Ate)?)?;
@@ -82,10 +82,10 @@ pub fn answer(table: &Table, method: &str) -> Option<String> {
     let by = metres(gain.mean.mean.abs());
     let interval = format!("(95% BCa interval {} to {} m)", metres(least), metres(most));
     let p = adjusted_p(table, method)?;
-    let verb = match Verdict::of(&gain, Some(p)) {
-        Verdict::Gain => "lowers",
-        Verdict::Harm => "raises",
-        Verdict::Undecided => {
+    let verb = match Effect::of(&gain, Some(p)) {
+        Effect::Lowers => "lowers",
+        Effect::Raises => "raises",
+        Effect::Undecided => {
             let comparative = if high < 0.0 { "lower" } else { "higher" };
             let but = match gain.seeds_agree {
                 true => format!("the seeds' signed ranks may be chance (p = {})", p_text(p)),

@@ -128,6 +128,26 @@ impl<'m> Smoother<'m> {
         Ok(!self.update_until(thresholds, |decrease| decrease <= promise)?.is_unfinished)
     }
 
+    /// Settles with some variables at other values; where that is not more probable, from where it was. True if all is settled.
+    pub fn try_settle(
+        &mut self,
+        values: impl IntoIterator<Item = (Key, Value)>,
+        promise: f64,
+        iterations: usize,
+    ) -> Result<bool, Indefinite> {
+        let (best, cost) = (self.values.clone(), self.cost());
+        self.move_to(values);
+        let settled = self.settle(promise, iterations);
+        let is_lower = self.cost().zip(cost).is_some_and(|(now, before)| now < before);
+        match settled {
+            Ok(is_settled) if is_lower => Ok(is_settled),
+            _ => {
+                self.move_to(best.iter().map(|(key, value)| (key, value.clone())));
+                self.settle(promise, iterations)
+            }
+        }
+    }
+
     /// Updates until nothing is left to do, or `is_enough` says so of what an undamped step promised.
     fn update_until(
         &mut self,
@@ -171,6 +191,15 @@ impl<'m> Smoother<'m> {
     /// The negative log-posterior up to a constant, nats; `None` where any factor is undefined.
     pub fn cost(&self) -> Option<f64> {
         self.factors.iter().flatten().map(|linearized| linearized.factor.cost(&self.values)).sum()
+    }
+
+    /// The same with some variables at other values, of the factors that these are in.
+    pub fn cost_with(&self, others: &Values) -> Option<f64> {
+        let mut values = self.values.clone();
+        others.iter().for_each(|(key, value)| values.insert(key, value.clone()));
+        let factors = self.factors.iter().flatten().map(|linearized| &linearized.factor);
+        let concerned = factors.filter(|factor| factor.keys().iter().any(|key| others.get(*key).is_some()));
+        concerned.map(|factor| factor.cost(&values)).sum()
     }
 
     /// The covariance of a variable's right perturbation, of a point in the world; `None` of what is not there.

@@ -1,8 +1,8 @@
 //! The posterior with the crops of objects: when their orientations are looked for, and how crops join.
 
 use super::growing_posterior::GrowingPosterior;
-use super::map::Sighted;
 use super::orienting::{Oriented, Orienting};
+use super::sighted::Sighted;
 use crate::estimate::Dropped;
 use crate::factor::Factor;
 use crate::graph::Graph;
@@ -187,7 +187,14 @@ impl<'m> Crops<'m> {
         geometry: &GrowingPosterior<'_>,
         (promise, iterations): (f64, usize),
     ) -> Result<Result<bool, Indefinite>, AnswerError> {
-        self.posterior.smoother.move_to(geometry.values().iter().map(|(key, value)| (key, value.clone())));
+        let there = |(key, value): (Key, &Value)| match (self.posterior.values().pose(key), value) {
+            (Some(own), Value::Point(center)) => {
+                (key, Value::Pose(Pose::from_parts((*center).into(), own.rotation)))
+            }
+            _ => (key, value.clone()),
+        };
+        let there: Vec<(Key, Value)> = geometry.values().iter().map(there).collect();
+        self.posterior.smoother.move_to(there);
         self.orienting = None;
         let sightings = &sighted.objects;
         self.due = sightings.keys().copied().filter(|&track| geometry.has(track)).collect();
@@ -212,22 +219,13 @@ impl<'m> Crops<'m> {
         ambiguous.retain(|(_, (margin, _))| *margin < ambiguous_margin);
         ambiguous.sort_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
         for (number, (_, mode)) in ambiguous.into_iter().take(alternatives) {
-            let (best, cost) = (smoother.values().clone(), smoother.cost());
-            let Some(object) = best.pose(Key::Object(number)) else { continue };
+            let Some(object) = smoother.values().pose(Key::Object(number)) else { continue };
             let other = Pose::from_parts(object.translation, mode.world_from_object.rotation);
-            smoother.move_to([
+            let values = [
                 (Key::Object(number), Value::Pose(other)),
                 (Key::Latent(number), Value::Vector(mode.latent)),
-            ]);
-            let settled = smoother.settle(promise, iterations);
-            let is_lower = smoother.cost().zip(cost).is_some_and(|(now, before)| now < before);
-            match settled {
-                Ok(settled) if is_lower => is_settled = settled,
-                _ => {
-                    smoother.move_to(best.iter().map(|(key, value)| (key, value.clone())));
-                    is_settled = smoother.settle(promise, iterations)?;
-                }
-            }
+            ];
+            is_settled = smoother.try_settle(values, promise, iterations)?;
         }
         Ok(is_settled)
     }

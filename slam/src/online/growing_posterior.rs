@@ -1,6 +1,6 @@
 //! A posterior that grows with the steps: poses, objects and landmarks, by odometry, boxes and pixels, and by what else is known of objects.
 
-use super::map::Sighted;
+use super::sighted::Sighted;
 use crate::extents::{add_ellipsoid, edges};
 use crate::factor::Factor;
 use crate::graph::Graph;

@@ -2,22 +2,16 @@
 
 use super::crops::{Crops, Reading};
 use super::growing_posterior::GrowingPosterior;
+use super::relocation::Lost;
+use super::sighted::Sighted;
 use crate::incremental::{Indefinite, Smoother, Update};
 use crate::input::EstimateError;
 use crate::orientation::Budget;
 use crate::problem::Problem;
 use crate::settings::OdometrySettings;
 use crate::sighting::Sighting;
-use std::collections::BTreeMap;
 use vantage_dataset::{LandmarkSighting, Odometry};
 use vantage_model::AnswerError;
-
-/// What was seen, by track and landmark.
-#[derive(Default)]
-pub(super) struct Sighted {
-    pub objects: BTreeMap<usize, Vec<Sighting>>,
-    pub landmarks: BTreeMap<usize, Vec<LandmarkSighting>>,
-}
 
 /// Sightings, and the posteriors of them.
 pub(super) struct Map<'m> {
@@ -91,6 +85,19 @@ impl<'m> Map<'m> {
         }
     }
 
+    /// Looks for where a robot is that was set down and sees few objects it knows.
+    pub fn relocate(&mut self, problem: &Problem<'_>) -> Result<(), Indefinite> {
+        let smoother = &mut self.geometry.smoother;
+        let Some(lost) = Lost::new(problem, &self.sighted, smoother.values()) else {
+            return Ok(());
+        };
+        lost.relocate(problem, smoother)?;
+        match &mut self.crops {
+            Some(crops) => lost.relocate(problem, &mut crops.posterior.smoother),
+            None => Ok(()),
+        }
+    }
+
     /// Settles geometry, with what has a place only there, and crops from there; `problem` is that of all boxes, where any are read.
     pub fn settle(
         &mut self,
@@ -101,7 +108,7 @@ impl<'m> Map<'m> {
         let Self { geometry, crops, sighted } = self;
         let mut is_settled = geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
         let Some(problem) = problem else { return Ok(is_settled) };
-        if geometry.place_more(problem, sighted) {
+        while geometry.place_more(problem, sighted) {
             is_settled = geometry.smoother.settle(promise, iterations).map_err(&indefinite)?;
         }
         let Some(crops) = crops else { return Ok(is_settled) };

@@ -4,6 +4,8 @@ mod crops;
 mod growing_posterior;
 mod map;
 mod orienting;
+mod relocation;
+mod sighted;
 mod step;
 
 pub use crops::Reading;
@@ -64,12 +66,13 @@ impl<'m> Online<'m> {
         let alone = Observations { timestamps, odometry, detections, landmarks, ..self.observations };
         check_observations(&alone, &self.odometry)?;
         let Observations { odometry, detections, landmarks, .. } = alone;
-        if step > 0 && odometry.is_empty() {
+        if step > 0 && !odometry.iter().any(|o| o.from.max(o.to) == step) {
             return Err(EstimateError::Unreached { step });
         }
 
         self.observations.timestamps.push(timestamp);
         self.map.move_robot(step, &odometry, &self.odometry);
+        self.observations.odometry.extend(odometry);
         let first = self.observations.detections.len();
         self.observations.detections.extend(detections);
         if let Some(geometry) = &self.geometry {
@@ -82,7 +85,12 @@ impl<'m> Online<'m> {
             }
             self.map.orient(&problem, Budget::new(CROPS_A_STEP))?;
         }
-        self.map.update().map_err(|_| EstimateError::Indefinite { step })
+        let update = self.map.update().map_err(|_| EstimateError::Indefinite { step })?;
+        if let Some(geometry) = &self.geometry {
+            let problem = Problem { observations: &self.observations, settings: geometry };
+            self.map.relocate(&problem).map_err(|_| EstimateError::Indefinite { step })?;
+        }
+        Ok(update)
     }
 
     /// Goes to the maximum, as of a whole episode: from that by geometry alone, what has no place may get one, all orientations are looked for

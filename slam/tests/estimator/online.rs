@@ -274,6 +274,9 @@ fn what_is_refused_leaves_the_posterior_as_it_was() {
         wrong.odometry.iter_mut().for_each(|o| o.to = step + 1);
         wrong.detections.iter_mut().for_each(|d| d.step = step + 1);
         assert!(wrong.odometry.is_empty() || online.advance(wrong).is_err());
+        let mut earlier = new.clone();
+        earlier.odometry.iter_mut().for_each(|o| (o.from, o.to) = (0, step.saturating_sub(1)));
+        assert!(step < 2 || online.advance(earlier).is_err());
         assert_eq!(online.steps(), step);
         online.advance(new.clone()).unwrap();
     }

@@ -1,6 +1,7 @@
 //! The table of scenes: what the learned row changes of the trajectory's error, and whether that is more than chance.
 
 use super::{UNDEFINED, folders, metres};
+use crate::result::effect::Effect;
 use crate::result::gain::Gain;
 use crate::result::gains_text::p_text;
 use crate::result::holm::holm;
@@ -10,7 +11,6 @@ use crate::result::paired::Paired;
 use crate::result::report::TABLES;
 use crate::result::results_file::{Results, ResultsError};
 use crate::result::table::Table;
-use crate::result::verdict::Verdict;
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::is_learned;
 use crate::score::trajectory_scores::TRAJECTORIES;
@@ -55,7 +55,12 @@ impl Line {
         let difference = metres(gain.mean.mean) + &gain.interval.map(interval).unwrap_or_default();
         let better = format!("{} of {}", gain.better, gain.seeds);
         let p_shown = p.map_or_else(|| UNDEFINED.to_owned(), p_text);
-        format!("{} {difference} | {better} | {p_shown} | {} |\n", self.scores, Verdict::of(gain, p))
+        let told = match Effect::of(gain, p) {
+            Effect::Lowers => "gain",
+            Effect::Raises => "harm",
+            Effect::Undecided => "undecided",
+        };
+        format!("{} {difference} | {better} | {p_shown} | {told} |\n", self.scores)
     }
 }
 

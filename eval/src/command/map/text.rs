@@ -1,9 +1,10 @@
 //! The tables of a map: what came of its hypotheses, and the rows of each panel.
 
 use crate::result::bootstrap::bca_interval;
+use crate::result::effect::is_certain;
 use crate::result::gain::Gain;
 use crate::result::grid::{Style, UNDEFINED, draw};
-use crate::result::holm::{SIGNIFICANT, holm};
+use crate::result::holm::holm;
 use crate::result::metric::Metric;
 use crate::result::outcome::{Outcome, outcomes};
 use crate::result::paired::Paired;
@@ -187,9 +188,7 @@ fn gains(metric: Metric, methods: &[&String], paired: &[Vec<Option<Paired>>]) ->
         };
         let shown = |value: f64| metric.display(value);
         let interval = bca_interval(&values(paired));
-        let certain =
-            p.is_some_and(|p| p < SIGNIFICANT) && interval.is_some_and(|(low, high)| low > 0.0 || high < 0.0);
-        let bold = if certain { "**" } else { "" };
+        let bold = if is_certain(interval, p) { "**" } else { "" };
         let interval =
             interval.map(|(low, high)| format!(" [{}, {}]", shown(low), shown(high))).unwrap_or_default();
         format!("{bold}{}{bold}{interval} {}/{}", shown(mean.mean), paired.better(), paired.seeds())
