@@ -31,10 +31,9 @@ fn two_tables_are_printed_that_fit_and_then_where_files_lie() {
     let (of_seeds, files): (Vec<&str>, Vec<&str>) = paths.iter().partition(|path| path.contains("<seed>"));
     assert_eq!((of_seeds.len(), files.len()), (1, 10), "{said}");
     assert!(files.iter().all(|path| Path::new(path).exists()), "{files:?}");
-    assert!(
-        said.contains("95% interval") && said.lines().last().unwrap().ends_with("of 2 seeds are better."),
-        "{said}"
-    );
+    assert!(said.contains("95% interval"), "{said}");
+    let answer = "2 seeds are too few to tell viewpoint_dependent from geometric.";
+    assert_eq!(said.lines().last(), Some(answer), "{said}");
     let svg = fs::read_to_string(folder.join("trajectory.svg")).unwrap();
     assert!(svg.contains("the median of the differences on 2 seeds"));
 }

@@ -20,11 +20,13 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
 use crate::result::manifest;
+use crate::result::metric::Metric;
 use crate::result::output_folder::OutputFolder;
 use crate::result::report::TABLES;
 use crate::result::results_file::{FILE_NAME, Results, ResultsError};
 use crate::result::standing::Standing;
-use crate::result::statistics::Mean;
+use crate::result::statistics::{Mean, quantile};
+use crate::result::table::Table;
 use crate::scene_file;
 use std::fs;
 use std::io::Write;
@@ -169,6 +171,17 @@ fn pictures(folder: &Path) -> Vec<String> {
         entries.filter_map(|entry| entry.file_name().into_string().ok()).filter(is_picture).collect();
     names.sort();
     names
+}
+
+/// ` (median, most)` of a score over seeds; nothing where none has it.
+fn spread(table: &Table, row: &str, metric: Metric) -> String {
+    let mut scores: Vec<f64> =
+        table.runs_of(row).iter().filter_map(|run| run.scores.get(&metric).copied()).collect();
+    scores.sort_by(f64::total_cmp);
+    match (quantile(&scores, 0.5), scores.last()) {
+        (Some(median), Some(most)) => format!(" ({median:.1}, {most:.1})"),
+        _ => String::new(),
+    }
 }
 
 /// The folders of finished results of a kind, by name.

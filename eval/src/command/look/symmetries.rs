@@ -10,7 +10,10 @@ use vantage_sim::render::Renderer;
 
 const HEAD: [&str; 6] = ["Mesh", "Stated", "Measured", "Contrast", "Most alike at order", "Left over"];
 
-/// Prints a row a mesh; nothing without meshes.
+/// Meshes that are measured: each is drawn 120 times.
+const MOST: usize = 100;
+
+/// Prints a row a mesh, of the first hundred; nothing without meshes.
 pub fn print(
     meshes: &MeshLibrary,
     renderer: &mut dyn Renderer,
@@ -20,7 +23,7 @@ pub fn print(
         return Ok(());
     }
     let mut rows = Vec::new();
-    for mesh in meshes.iter() {
+    for mesh in meshes.iter().take(MOST) {
         let object = mesh.object().map_err(SimError::from)?;
         let turns = Turns::of(&object, renderer).map_err(SimError::from)?;
         let order = turns.most_alike();
@@ -34,7 +37,12 @@ pub fn print(
         ]);
     }
     let head = HEAD.map(str::to_owned);
-    Ok(writeln!(stdout, "{}", draw(Style::terminal(), &head, rows))?)
+    writeln!(stdout, "{}", draw(Style::terminal(), &head, rows))?;
+    let all = meshes.iter().count();
+    if all > MOST {
+        writeln!(stdout, "These are {MOST} of {all} meshes.")?;
+    }
+    Ok(())
 }
 
 /// As in scene files.
