@@ -17,11 +17,11 @@ impl Posterior<'_> {
         self.fits() && objects.chain(landmarks).all(|reason| reason != UnresolvedReason::BehindCamera)
     }
 
-    /// This or another posterior of the same observations: that which ended at a number, fits, has more sightings in it, and fits better by more than counts
-    /// as none, in this order.
+    /// This or another posterior of the same observations: that which ended at a number, then that which fits, then that of the lower
+    /// [misfit](Self::misfit), by more than counts as none.
     pub(crate) fn or(self, other: Self, solver: &SolverSettings) -> Self {
         let iterations = self.solution.iterations + other.solution.iterations;
-        let rank = |of: &Self| (of.solution.outcome != Outcome::Diverged, of.fits(), of.used());
+        let rank = |of: &Self| (of.solution.outcome != Outcome::Diverged, of.fits());
         let is_better = match rank(&other).cmp(&rank(&self)) {
             Ordering::Equal => {
                 self.misfit() - other.misfit() > 2.0 * solver.tolerance * self.solution.cost.max(1.0)
@@ -39,9 +39,10 @@ impl Posterior<'_> {
         2.0 * self.solution.cost <= chi_square_quantile(self.freedom())
     }
 
-    /// Twice the cost less the degrees of freedom, that posteriors of different factors can be compared.
+    /// Twice the cost less the degrees of freedom, that posteriors of different factors can be compared. A sighting that is left out counts as one that
+    /// is as far off as one in a thousand, so that each that is used takes as much away.
     fn misfit(&self) -> f64 {
-        2.0 * self.solution.cost - self.freedom()
+        2.0 * self.solution.cost - self.freedom() - chi_square_quantile(2.0) * self.used() as f64
     }
 
     /// Numbers of residuals less those of variables, at least 1.
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ends_fits_and_has_more_in_it_is_taken_and_of_equals_the_better_fit() {
+    fn what_ends_and_fits_is_taken_then_the_better_fit_with_what_is_left_out() {
         let (converged, diverged) = (Outcome::Converged, Outcome::Diverged);
         let of = |landmarks, cost| posterior(3, landmarks, cost, converged);
         let taken = |one: Posterior<'static>, other: Posterior<'static>| {
@@ -132,6 +133,8 @@ mod tests {
         assert_eq!(taken(of(1, 5.0), of(2, 6.0)), (2, 6.0));
         assert_eq!(taken(of(1, 5.0), of(2, 60.0)), (1, 5.0), "more in it that does not fit");
         assert_eq!(taken(of(2, 5.0), of(1, 4.0)), (2, 5.0));
+        assert_eq!(taken(of(1, 60.0), of(2, 65.0)), (2, 65.0), "a sighting more for ten of twice the cost");
+        assert_eq!(taken(of(1, 60.0), of(2, 600.0)), (1, 60.0), "nor for a thousand");
         assert_eq!(taken(posterior(3, 1, f64::NAN, diverged), of(1, 60.0)), (1, 60.0));
         assert_eq!(taken(of(1, 60.0), posterior(3, 2, 1.0, diverged)), (1, 60.0));
         // Six more residuals may cost three nats more.

@@ -70,11 +70,13 @@ pub fn answers(table: &Table) -> Vec<String> {
 /// ranks tell; `None` without an interval.
 pub fn answer(table: &Table, method: &str) -> Option<String> {
     let gain = Gain::of(&table.paired(method, Metric::Ate)?)?;
-    let (low, high) = gain.interval?;
     let (reference, metres) = (table.reference()?, |value: f64| Metric::Ate.display(value));
     if gain.seeds < FEWEST {
-        return Some(format!("{} seeds are too few to tell {method} from {reference}.", gain.seeds));
+        let seeds =
+            if gain.seeds == 1 { "One seed is".to_owned() } else { format!("{} seeds are", gain.seeds) };
+        return Some(format!("{seeds} too few to tell {method} from {reference}."));
     }
+    let (low, high) = gain.interval?;
     let counted = format!("{} of {} seeds are better", gain.better, gain.seeds);
     if low <= 0.0 && high >= 0.0 {
         return Some(format!(
@@ -209,7 +211,8 @@ mod tests {
         let open = answer(&differing(&[-0.1, 0.1, -0.1, 0.05, 0.1, -0.02]), METHODS[2]).unwrap();
         assert!(open.contains("holds 0") && open.contains("3 of 6 seeds are better"), "{open}");
         assert_eq!(answer(&shifted([0.0; 4]), METHODS[1]), None);
-        assert_eq!(answer(&shifted([0.0; 4]).on(&[Seed(1)]), METHODS[2]), None);
+        let one = answer(&shifted([0.0; 4]).on(&[Seed(1)]), METHODS[2]).unwrap();
+        assert!(one.starts_with("One seed is too few"), "{one}");
     }
 
     #[test]

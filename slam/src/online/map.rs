@@ -85,16 +85,15 @@ impl<'m> Map<'m> {
         }
     }
 
-    /// Looks for where a robot is that was set down and sees few objects it knows.
-    pub fn relocate(&mut self, problem: &Problem<'_>) -> Result<(), Indefinite> {
+    /// Looks for where a robot is that was set down and sees few objects it knows. Whether the posterior of all that is read is settled then; `None` where it
+    /// was left as it is.
+    pub fn relocate(&mut self, problem: &Problem<'_>) -> Result<Option<bool>, Indefinite> {
         let smoother = &mut self.geometry.smoother;
-        let Some(lost) = Lost::new(problem, &self.sighted, smoother.values()) else {
-            return Ok(());
-        };
-        lost.relocate(problem, smoother)?;
+        let Some(lost) = Lost::new(problem, &self.sighted, smoother.values()) else { return Ok(None) };
+        let settled = lost.relocate(problem, smoother)?;
         match &mut self.crops {
             Some(crops) => lost.relocate(problem, &mut crops.posterior.smoother),
-            None => Ok(()),
+            None => Ok(settled),
         }
     }
 

@@ -85,10 +85,11 @@ impl<'m> Online<'m> {
             }
             self.map.orient(&problem, Budget::new(CROPS_A_STEP))?;
         }
-        let update = self.map.update().map_err(|_| EstimateError::Indefinite { step })?;
+        let mut update = self.map.update().map_err(|_| EstimateError::Indefinite { step })?;
         if let Some(geometry) = &self.geometry {
             let problem = Problem { observations: &self.observations, settings: geometry };
-            self.map.relocate(&problem).map_err(|_| EstimateError::Indefinite { step })?;
+            let settled = self.map.relocate(&problem).map_err(|_| EstimateError::Indefinite { step })?;
+            update.is_unfinished = settled.map_or(update.is_unfinished, |settled| !settled);
         }
         Ok(update)
     }

@@ -6,11 +6,12 @@
 use super::sighted::Sighted;
 use crate::incremental::{Indefinite, Smoother};
 use crate::initial::dead_reckoning;
+use crate::mapping::place_object;
 use crate::problem::Problem;
 use crate::sighting::Sighting;
 use crate::variable::{Key, Value, Values};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use vantage_dataset::Pose;
 
@@ -29,7 +30,7 @@ pub(super) struct Lost<'a> {
     since: usize,
     /// Sightings since of objects that were seen before, with their tracks and sizes, metres.
     known: Vec<(usize, &'a Sighting, f64)>,
-    /// What was first seen since.
+    /// What has a place only since.
     new: Vec<Key>,
 }
 
@@ -38,47 +39,60 @@ impl<'a> Lost<'a> {
     pub fn new(problem: &Problem<'_>, sighted: &'a Sighted, values: &Values) -> Option<Self> {
         let observations = problem.observations;
         let last = observations.steps().checked_sub(1)?;
-        let since = observations.set_down().max()?;
-        let before = values.pose(Key::Robot(since.checked_sub(1)?))?;
-        let is_known = |seen: &[Sighting]| seen.first().is_some_and(|first| first.step < since);
-        let sized = sighted.objects.iter().filter(|(_, seen)| is_known(seen)).filter_map(|(&track, seen)| {
-            let before: Vec<Sighting> = seen.iter().copied().filter(|seen| seen.step < since).collect();
-            Some((track, seen, problem.object_size(values, track, &before)?))
-        });
-        let known: Vec<(usize, &Sighting, f64)> = sized
-            .flat_map(|(track, seen, size)| seen.iter().map(move |sighting| (track, sighting, size)))
-            .filter(|(_, sighting, _)| sighting.step >= since)
-            .collect();
-        let earlier: BTreeSet<usize> =
-            known.iter().filter(|(_, sighting, _)| sighting.step < last).map(|(track, ..)| *track).collect();
-        if earlier.len() >= ENOUGH || known.iter().all(|(_, sighting, _)| sighting.step < last) {
+        let (unknown, known): (Vec<_>, Vec<_>) = observations.odometry.iter().partition(|o| o.is_unknown());
+        let since = unknown.iter().map(|o| o.from.max(o.to)).max()?;
+        if known.iter().any(|o| o.from.max(o.to) == since) {
             return None;
         }
+        let seen_again = |seen: &[Sighting], until: usize| {
+            seen.first().is_some_and(|first| first.step < since)
+                && seen.iter().any(|sighting| (since..until).contains(&sighting.step))
+        };
+        let is_seen_now = |seen: &[Sighting]| seen.last().is_some_and(|newest| newest.step == last);
+        let again = |until: usize| sighted.objects.values().filter(move |seen| seen_again(seen, until));
+        if again(last).count() >= ENOUGH || !again(last + 1).any(|seen| is_seen_now(seen)) {
+            return None;
+        }
+        let before = values.pose(Key::Robot(since.checked_sub(1)?))?;
+        let sizes: BTreeMap<usize, f64> = sighted
+            .objects
+            .iter()
+            .filter_map(|(&track, seen)| {
+                let before: Vec<Sighting> = seen.iter().copied().filter(|seen| seen.step < since).collect();
+                place_object(problem, values, track, &before).ok()?;
+                Some((track, problem.object_size(values, track, &before)?))
+            })
+            .collect();
+        let known = sizes.iter().flat_map(|(&track, &size)| {
+            let since = sighted.objects[&track].iter().filter(move |sighting| sighting.step >= since);
+            since.map(move |sighting| (track, sighting, size))
+        });
+        let known = known.collect();
         let reckoned = dead_reckoning(observations.steps(), &observations.odometry);
         let poses = (since..=last).map(|step| before * reckoned[since].inv_mul(&reckoned[step])).collect();
-        let objects = sighted.objects.iter().filter(|(_, seen)| !is_known(seen));
+        let objects = sighted.objects.keys().filter(|track| !sizes.contains_key(track));
         let landmarks =
             sighted.landmarks.iter().filter(|(_, seen)| seen.iter().all(|seen| seen.step >= since));
-        let new = objects.map(|(&track, _)| Key::Object(track));
+        let new = objects.map(|&track| Key::Object(track));
         let new = new.chain(landmarks.map(|(&landmark, _)| Key::Landmark(landmark))).collect();
         Some(Self { poses, since, known, new })
     }
 
-    /// Goes to the most probable of the places and headings, where that is more probable than where the posterior has the robot.
-    pub fn relocate(&self, problem: &Problem<'_>, smoother: &mut Smoother<'_>) -> Result<(), Indefinite> {
+    /// Goes to the most probable of the places and headings, where that is more probable than where the posterior has the robot. True if all is settled
+    /// then; `None` where there is no such place.
+    pub fn relocate(
+        &self,
+        problem: &Problem<'_>,
+        smoother: &mut Smoother<'_>,
+    ) -> Result<Option<bool>, Indefinite> {
         let candidates = (0..HEADINGS).filter_map(|k| {
             let values = self.set_down(problem, smoother.values(), TAU * k as f64 / HEADINGS as f64)?;
             let cost = smoother.cost_with(&values)?;
             Some((cost, values))
         });
-        if let Some((_, values)) = candidates.min_by(|(a, _), (b, _)| a.total_cmp(b)) {
-            smoother.try_settle(
-                values.iter().map(|(key, value)| (key, value.clone())),
-                PROMISE,
-                ITERATIONS,
-            )?;
-        }
-        Ok(())
+        let Some((_, values)) = candidates.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(None) };
+        let values = values.iter().map(|(key, value)| (key, value.clone()));
+        Ok(Some(smoother.try_settle(values, PROMISE, ITERATIONS)?))
     }
 
     /// Poses since, and what was first seen since, with the robot turned by `yaw`.

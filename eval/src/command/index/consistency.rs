@@ -59,7 +59,7 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
                     What columns are: `docs/scores.md`.\n\n\
                     Means over seeds with 95% intervals of Student's t; of a NEES in brackets the median and the most of a seed.\n\
                     A NEES above 1 promises too much, one below too little. Of positions 0.95 is meant.\n\n\
-                    Bold: the interval excludes what is meant. {bold} of {cells} cells are; chance would make {} so.\n\
+                    Bold: the interval excludes what is meant. {bold} of {cells} cells are; about {} would be, were all honest and errors normal.\n\
                     One seed that is far off widens an interval until it excludes nothing: look at the brackets.\n\n\
                     | scene | row | seeds |",
         cells / 20
@@ -113,8 +113,8 @@ mod tests {
                 ),
             ]
         );
-        assert!(page.contains(
-            "Bold: the interval excludes what is meant. 1 of 3 cells are; chance would make 0 so."
-        ));
+        assert!(
+            page.contains("Bold: the interval excludes what is meant. 1 of 3 cells are; about 0 would be,")
+        );
     }
 }
