@@ -96,7 +96,7 @@ fn known_objects_set_a_carried_robot_down() {
     }
 }
 
-/// One known object is in view at first. Without looking for its place the robot is up to 33 m off, for up to twelve steps.
+/// One known object is in view at first. Without looking for its place the robot is up to 33 m off, for up to ten steps.
 #[test]
 fn a_carried_robot_knows_after_each_step_where_it_is() {
     let model = TanhModel::new([6, 12, 24], 0.03, 8.0, Seed(5));
