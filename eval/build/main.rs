@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Each stage's name, and the folders and files, from the workspace's root, whose code can change its result.
-const STAGES: [(&str, &[&str]); 5] = [
+const STAGES: [(&str, &[&str]); 6] = [
     ("SIMULATED", &["dataset/src", "sim/src", "eval/src/pipeline/episodes.rs", "eval/src/pipeline/views.rs"]),
     (
         "TRAINED",
@@ -45,12 +45,29 @@ const STAGES: [(&str, &[&str]); 5] = [
             "model/src",
             "learn/src",
             "slam/src",
+            "eval/src/pipeline/associating.rs",
             "eval/src/pipeline/associations.rs",
             "eval/src/pipeline/associator_row.rs",
             "eval/src/result/metric.rs",
+            "eval/src/scene_file/associator.rs",
             "eval/src/scene_file/estimator.rs",
             "eval/src/scene_file/row.rs",
             "eval/src/score",
+        ],
+    ),
+    (
+        "FOUND",
+        &[
+            "dataset/src",
+            "model/src",
+            "learn/src",
+            "slam/src",
+            "eval/src/pipeline/associating.rs",
+            "eval/src/pipeline/associator_row.rs",
+            "eval/src/pipeline/found.rs",
+            "eval/src/scene_file/associator.rs",
+            "eval/src/scene_file/estimator.rs",
+            "eval/src/score/association.rs",
         ],
     ),
     (

@@ -12,3 +12,5 @@ pub const ESTIMATED: &str = env!("VANTAGE_CODE_ESTIMATED");
 pub const SCORED: &str = env!("VANTAGE_CODE_SCORED");
 /// What tells who is who, and scores that.
 pub const ASSOCIATED: &str = env!("VANTAGE_CODE_ASSOCIATED");
+/// What tells who is who to rows that no episode tells it.
+pub const FOUND: &str = env!("VANTAGE_CODE_FOUND");

@@ -7,6 +7,8 @@
 //! ```text
 //! u' = a u + sqrt(1 - a^2) w,   w ~ N(0, I),   a = KEPT
 //! ```
+//!
+//! Where it is not certain who is who, each way to tell it teaches a lesson of its own, and these are [mixed](Lesson::mixed).
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -40,6 +42,25 @@ pub struct NoiseOdds {
     pub discrepancy: [f64; DISCREPANCIES],
 }
 
+impl Lesson {
+    /// What a drive taught by several ways to tell who is who, with the weight of each; they add up to 1. At least one.
+    ///
+    /// Log-evidences of the noise are averaged. Of the domain it is the Gaussian of the mixture's mean and covariance. Of the layer it is the
+    /// mean regression, with the mean of the changes that each made. A way that knows nothing of a part counts as a first drive.
+    pub fn mixed(ways: &[(f64, Self)]) -> Self {
+        let noise = |of: fn(&NoiseOdds) -> &[f64]| {
+            move |i: usize| ways.iter().map(|(weight, way)| weight * of(&way.noise)[i]).sum()
+        };
+        let noise = NoiseOdds {
+            spread: std::array::from_fn(noise(|of| &of.spread)),
+            discrepancy: std::array::from_fn(noise(|of| &of.discrepancy)),
+        };
+        let domains: Vec<_> = ways.iter().map(|(weight, way)| (*weight, way.domain.as_ref())).collect();
+        let decoders: Vec<_> = ways.iter().map(|(weight, way)| (*weight, way.decoder.as_ref())).collect();
+        Self { noise, domain: DomainBelief::mixed(&domains), decoder: LayerLesson::mixed(&decoders) }
+    }
+}
+
 impl NoiseOdds {
     /// With those of another drive, after which what was there before counts less.
     pub(crate) fn after(&self, drive: &Self) -> Self {
@@ -64,6 +85,20 @@ pub struct DomainBelief {
 }
 
 impl DomainBelief {
+    /// The mean and the covariance of a mixture; `None` where nothing is known by any way.
+    fn mixed(ways: &[(f64, Option<&Self>)]) -> Option<Self> {
+        let dim = ways.iter().find_map(|(_, of)| *of)?.mean.len();
+        let first = Self { mean: DVector::zeros(dim), covariance: DMatrix::identity(dim, dim) };
+        let ways = || ways.iter().map(|(weight, of)| (*weight, of.unwrap_or(&first)));
+        let mean = ways().fold(DVector::zeros(dim), |sum, (weight, of)| sum + &of.mean * weight);
+        let spread = |(weight, of): (f64, &Self)| {
+            let off = &of.mean - &mean;
+            (&of.covariance + &off * off.transpose()) * weight
+        };
+        let covariance = ways().map(spread).fold(DMatrix::zeros(dim, dim), |sum, of| sum + of);
+        Some(Self { mean, covariance })
+    }
+
     /// That of the next drive.
     pub(crate) fn of_next_drive(&self) -> Self {
         let Self { mean, covariance } = self;
@@ -84,10 +119,68 @@ pub struct LayerLesson {
     pub change: DMatrix<f64>,
 }
 
+impl LayerLesson {
+    /// The mean; `None` where nothing is known by any way.
+    fn mixed(ways: &[(f64, Option<&Self>)]) -> Option<Self> {
+        let mean = |part: fn(&Self) -> &DMatrix<f64>| {
+            let weighed = ways.iter().filter_map(|(weight, of)| Some(part((*of)?) * *weight));
+            weighed.reduce(|sum, next| sum + next)
+        };
+        Some(Self {
+            information: mean(|way| &way.information)?,
+            moment: mean(|way| &way.moment)?,
+            change: mean(|way| &way.change)?,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+
+    fn lesson(spread: f64, mean: f64, change: f64) -> Lesson {
+        Lesson {
+            noise: NoiseOdds { spread: [0.0, spread, 0.0, 0.0], discrepancy: [0.0, -spread, 0.0] },
+            domain: Some(DomainBelief {
+                mean: DVector::repeat(1, mean),
+                covariance: DMatrix::identity(1, 1),
+            }),
+            decoder: Some(LayerLesson {
+                information: DMatrix::repeat(1, 1, 4.0),
+                moment: DMatrix::repeat(1, 1, 4.0 * change),
+                change: DMatrix::repeat(1, 1, change),
+            }),
+        }
+    }
+
+    #[test]
+    fn ways_to_tell_who_is_who_are_mixed_by_their_weights() {
+        let mixed = Lesson::mixed(&[(0.75, lesson(-20.0, 1.0, 2.0)), (0.25, lesson(4.0, 5.0, -2.0))]);
+        assert_eq!((mixed.noise.spread, mixed.noise.discrepancy), ([0.0, -14.0, 0.0, 0.0], [0.0, 14.0, 0.0]));
+        let domain = mixed.domain.unwrap();
+        // Of means 1 and 5: 2, with 0.75 * 1 + 0.25 * 9 between them.
+        assert_relative_eq!(domain.mean[0], 2.0, epsilon = 1e-12);
+        assert_relative_eq!(domain.covariance[(0, 0)], 1.0 + 3.0, epsilon = 1e-12);
+        let decoder = mixed.decoder.unwrap();
+        assert_relative_eq!(decoder.change[(0, 0)], 1.0, epsilon = 1e-12);
+        assert_relative_eq!(decoder.moment[(0, 0)] / decoder.information[(0, 0)], 1.0, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn of_one_way_it_is_the_lesson_and_a_way_that_taught_nothing_is_a_first_drive() {
+        let taught = lesson(1.0, 4.0, 2.0);
+        assert_eq!(Lesson::mixed(&[(1.0, taught.clone())]), taught);
+        assert_eq!(Lesson::mixed(&[(0.4, Lesson::default()), (0.6, Lesson::default())]), Lesson::default());
+        let mixed = Lesson::mixed(&[(0.5, taught), (0.5, Lesson::default())]);
+        assert_eq!(mixed.noise.spread[1], 0.5);
+        let domain = mixed.domain.unwrap();
+        assert_relative_eq!(domain.mean[0], 2.0, epsilon = 1e-12);
+        assert_relative_eq!(domain.covariance[(0, 0)], 5.0, epsilon = 1e-12);
+        let decoder = mixed.decoder.unwrap();
+        assert_relative_eq!(decoder.information[(0, 0)], 2.0, epsilon = 1e-12);
+        assert_relative_eq!(decoder.change[(0, 0)], 1.0, epsilon = 1e-12);
+    }
 
     #[test]
     fn a_domain_that_nothing_is_learnt_of_becomes_that_of_a_first_drive() {

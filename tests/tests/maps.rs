@@ -192,3 +192,63 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
         run(&scene, &lives.replacen(from, to, 1), &["--replace"]).expect(2, &["map.yaml", said]);
     }
 }
+
+#[test]
+fn rows_that_are_not_told_who_is_who_ask_an_associator() {
+    let scene = SmallScene::new(&[]);
+    let map = "\
+version: 1
+name: found
+purpose: To see.
+scene: scene.yaml
+seeds: [5, 6]
+across: { field: drive, over: [1, 2] }
+estimates:
+  - { rows: [geometric, viewpoint_dependent, decoder_adapted] }
+panels:
+  - { name: told, title: Told, life: [{ from: 1 }] }
+  - name: found
+    title: Found
+    life: [{ from: 1 }]
+    estimates:
+      - { rows: [geometric, viewpoint_dependent, decoder_adapted], association: { told: none, by: hypotheses_latents } }
+  - name: once
+    title: None is seen again
+    life: [{ from: 1 }]
+    estimates:
+      - { rows: [geometric, viewpoint_dependent, decoder_adapted], association: { told: none, by: separate } }
+";
+    run(&scene, map, &[]).expect(0, &["cells: 6 of 6"]);
+    let place = scene.path("out/maps/found");
+    let results = Results::read(&place).unwrap();
+    let scores = |cell: &str, row: &str, metric| -> Vec<Option<f64>> {
+        let table = results.table(cell).unwrap();
+        table.runs().filter(|run| run.method == row).map(|run| run.scores.get(&metric).copied()).collect()
+    };
+    for row in ["geometric", "viewpoint_dependent", "decoder_adapted"] {
+        let ate = |panel: &str, drive| scores(&format!("{panel}, drive {drive}"), row, Metric::Ate);
+        for drive in [1, 2] {
+            assert!(ate("found", drive).iter().all(Option::is_some), "{row}");
+            assert_ne!(ate("once", drive), ate("told", drive), "{row}");
+        }
+    }
+    // Of objects that are cut by the image's edge nothing is told, and their views count as lost.
+    let azimuths = |panel: &str, row: &str| scores(&format!("{panel}, drive 1"), row, Metric::Azimuth);
+    for row in ["geometric", "viewpoint_dependent"] {
+        let (told, once) = (azimuths("told", row), azimuths("once", row));
+        assert!(
+            told.iter().zip(&once).all(|(told, once)| told.unwrap() < once.unwrap()),
+            "{told:?} {once:?}"
+        );
+    }
+    let tables = fs::read_to_string(place.join("tables.md")).unwrap();
+    assert!(tables.contains("decoder_adapted: who is who by `none-hypotheses_latents`\n"), "{tables}");
+    assert!(tables.contains("\nAzimuth [deg]"), "{tables}");
+
+    let told = map.replacen("decoder_adapted] }", "decoder_taught] }", 1);
+    run(&scene, &told, &["--replace"]).expect(0, &[]);
+    let taught = map.replacen("decoder_adapted], association", "decoder_taught], association", 1);
+    run(&scene, &taught, &["--replace"]).expect(2, &["panel found: decoder_taught reads the truth"]);
+    let nobody = map.replacen("by: separate", "by: chance", 1);
+    run(&scene, &nobody, &["--replace"]).expect(2, &["map.yaml", "chance"]);
+}

@@ -2,15 +2,13 @@
 //!
 //! What our associators make of a seed is cached, times included.
 
-use super::associator_row::{AssociatorRow, Looks, Told};
-use super::embedding::embedding;
-use super::estimates::PANICKED;
-use super::readouts::readouts;
+use super::associating::{Answered, Associating, of_nobody};
+use super::estimates::{PANICKED, with_objects};
 use super::{EpisodeFolder, Method, Pipeline, SeedEpisode, StageError, code};
 use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::Table;
-use crate::scene_file::estimator::EstimatorSpec;
+use crate::scene_file::associator::{AssociatedBy, AssociatorRow, Told};
 use crate::scene_file::row::Row;
 use crate::score::association::{ASSOCIATION, COLUMNS, TrueTracklets, canonical};
 use crate::score::association_entry::AssociationEntry;
@@ -25,27 +23,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 use vantage_dataset::store::{Key, read_observations, read_truth};
-use vantage_dataset::{Detection, Observations, Seed, Tracklets, Truth};
-use vantage_sim::scene::DetectorSpec;
+use vantage_dataset::{Observations, Seed, Truth};
 use vantage_slam::{Association, EstimateError, Settings};
 
 /// The row of the association that estimators are given otherwise.
 pub const GIVEN: &str = "given";
 
 const FILE: &str = "associations.json";
-
-#[derive(Serialize)]
-struct Inputs<'a> {
-    code: &'static str,
-    episode: &'a str,
-    models: Vec<&'a str>,
-    /// What identifies the views that the read-outs are fitted on.
-    readouts: Option<&'a str>,
-    /// What identifies the embedding.
-    embedding: &'a [String],
-    spec: &'a EstimatorSpec,
-    detector: &'a DetectorSpec,
-}
 
 /// What a row made of an episode.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -63,9 +47,13 @@ pub type SeedAssociations = (Seed, Vec<Result<Associated, String>>);
 
 /// The names of the rows: that of the oracle, those of the associators by what they are told, and those of `entries`.
 pub fn association_rows(entries: &[AssociationEntry]) -> Vec<String> {
-    let own = Told::ALL.iter().flat_map(|told| AssociatorRow::ALL.map(|row| format!("{told}-{row}")));
+    let own = own_rows().map(|row| row.to_string());
     let others = entries.iter().map(|entry| entry.name.clone());
     std::iter::once(GIVEN.to_owned()).chain(own).chain(others).collect()
+}
+
+fn own_rows() -> impl Iterator<Item = AssociatedBy> {
+    Told::ALL.into_iter().flat_map(|told| AssociatorRow::ALL.map(|by| AssociatedBy { told, by }))
 }
 
 /// All rows on all seeds: associators one after the other, since their times are told; estimates by them in parallel.
@@ -82,29 +70,24 @@ pub fn associations(
     }
     let stage = pipeline.progress.stage("associations", episodes.len() as u64);
     let own = association_rows(&[]).len();
-    let reader = methods
-        .first()
-        .map(|method| Ok::<_, StageError>((method.model, readouts(pipeline, &method.model.model)?)));
-    let reader = reader.transpose()?;
-    let embedding = reader.is_some().then(|| embedding(pipeline)).transpose()?;
-    let looks = reader.as_ref().zip(embedding.as_ref()).map(|((model, (readouts, _)), embedding)| Looks {
-        model: model.viewing(),
-        readouts,
-        embedding: embedding.readout(),
-    });
-    let embedded_by = embedding.as_ref().map_or(&[] as &[_], |embedding| &embedding.identity);
-    let fitted_on = reader.as_ref().map(|(_, (_, seal))| seal.as_str());
+    let associating = methods.first().map(|method| Associating::new(pipeline, method.model)).transpose()?;
+    let associating = associating.as_ref();
     let mut answers = Vec::with_capacity(episodes.len());
     for (seed, episode) in episodes {
         let of_seed = match episode {
             Ok(episode) => {
-                let key = key(pipeline, episode, methods, (fitted_on, embedded_by))?;
+                let models = methods.iter().map(|method| method.model.model.hash()).collect();
+                let identity = match associating {
+                    Some(associating) => associating.identity(models),
+                    None => of_nobody(pipeline, models),
+                };
+                let key = Key::new("associations", &(code::ASSOCIATED, &episode.seal, identity))?;
                 let given = OnceCell::new();
                 let mut of_seed: Vec<Result<Associated, String>> = pipeline.cache.json(&key, FILE, || {
                     let given = Given::once(&given, *seed, episode)?;
                     let instances = || given.truth.objects.iter().map(|object| object.instance);
-                    embedding.iter().try_for_each(|embedding| embedding.check_unseen(instances()))?;
-                    given.own(pipeline, looks, methods)
+                    associating.iter().try_for_each(|by| by.check_unseen(instances()))?;
+                    given.own(pipeline, associating, methods)
                 })?;
                 if !entries.is_empty() {
                     of_seed.extend(Given::once(&given, *seed, episode)?.others(pipeline, methods, entries)?);
@@ -117,26 +100,6 @@ pub fn associations(
         stage.advance(1);
     }
     Ok(answers)
-}
-
-fn key(
-    pipeline: &Pipeline,
-    episode: &EpisodeFolder,
-    methods: &[Method<'_>],
-    (readouts, embedding): (Option<&str>, &[String]),
-) -> Result<Key, StageError> {
-    Ok(Key::new(
-        "associations",
-        &Inputs {
-            code: code::ASSOCIATED,
-            episode: &episode.seal,
-            models: methods.iter().map(|method| method.model.model.hash()).collect(),
-            readouts,
-            embedding,
-            spec: &pipeline.file.estimator,
-            detector: &pipeline.file.sensors.detector,
-        },
-    )?)
 }
 
 /// The table of associations; none where there are no episodes.
@@ -173,13 +136,6 @@ struct Given {
     truth: Truth,
 }
 
-/// Tracklets, of each detection its number among the episode's, and what somebody makes of them.
-struct Answered {
-    tracklets: Tracklets,
-    order: Vec<usize>,
-    answer: Result<Association, String>,
-}
-
 impl Given {
     /// What is read where it is needed first.
     fn once<'g>(
@@ -199,14 +155,15 @@ impl Given {
     fn own(
         &self,
         pipeline: &Pipeline,
-        looks: Option<Looks<'_>>,
+        associating: Option<&Associating<'_>>,
         methods: &[Method<'_>],
     ) -> Result<Vec<Result<Associated, String>>, StageError> {
         let mut answered = vec![self.scored(self.oracle(), true)];
-        for told in Told::ALL {
-            for row in AssociatorRow::ALL {
-                answered.push(self.scored(self.answer(pipeline, looks, told, row)?, true));
-            }
+        for row in own_rows() {
+            answered.push(match associating {
+                Some(associating) => self.scored(associating.ask(row, &self.observations)?, true),
+                None => Err("no row of a model".to_owned()),
+            });
         }
         self.estimated(pipeline, methods, answered)
     }
@@ -258,34 +215,6 @@ impl Given {
         Answered { tracklets, order, answer: Ok(Association::certain(objects)) }
     }
 
-    fn answer(
-        &self,
-        pipeline: &Pipeline,
-        looks: Option<Looks<'_>>,
-        told: Told,
-        row: AssociatorRow,
-    ) -> Result<Answered, StageError> {
-        let (tracklets, order) = told.of(&self.observations);
-        let settings = pipeline.file.estimator.settings();
-        let Some(looks) = looks else {
-            return Ok(Answered { tracklets, order, answer: Err("no row of a model".to_owned()) });
-        };
-        let detector = &pipeline.file.sensors.detector;
-        let Some(associator) = row.associator((told, &self.observations), &settings, detector, looks) else {
-            let reason = "too few validation views to say how near numbers of one object lie";
-            return Ok(Answered { tracklets, order, answer: Err(reason.to_owned()) });
-        };
-        let answer = match catch_unwind(AssertUnwindSafe(|| associator.associate(&tracklets))) {
-            Ok(Ok(association)) => Ok(association),
-            Ok(Err(error @ (EstimateError::Model(_) | EstimateError::Association { .. }))) => {
-                Err(error.to_string())
-            }
-            Ok(Err(error)) => return Err(error.into()),
-            Err(_) => Err(PANICKED.to_owned()),
-        };
-        Ok(Answered { tracklets, order, answer })
-    }
-
     /// Each detection is a tracklet of an entry, which tells the object of each.
     fn entered(&self, entry: &AssociationEntry) -> Answered {
         let (tracklets, order) = Told::None.of(&self.observations);
@@ -302,8 +231,8 @@ impl Given {
 
     /// The scores of an answer; those of weights where it `weighs`.
     fn scored(&self, answered: Answered, weighs: bool) -> Result<Associated, String> {
-        let Answered { tracklets, order, answer } = answered;
-        let association = answer?;
+        let association = answered.answer.as_ref().map_err(String::clone)?;
+        let (tracklets, order) = (&answered.tracklets, &answered.order);
         let seen = tracklets.observations();
         let shown = |number: &usize| {
             let detection = &self.observations.detections[*number];
@@ -321,18 +250,15 @@ impl Given {
         };
         let told = association.objects();
         let mut scores = truth.scores(told);
-        let of_hypotheses = truth.of_hypotheses(&association);
+        let of_hypotheses = truth.of_hypotheses(association);
         scores.extend(of_hypotheses.into_iter().filter(|(metric, _)| weighs || *metric == Metric::AllRight));
         scores.extend(relocation_scores(
             &self.observations,
             &self.truth.world_from_robot,
             &association.places,
         ));
-        let mut objects = vec![None; order.len()];
-        for (detection, &number) in seen.detections.iter().zip(&order) {
-            objects[number] = told[detection.track];
-        }
-        Ok(Associated { objects: canonical(objects.into_iter()), times: association.times, scores })
+        let objects = canonical(answered.of_detections(told).into_iter());
+        Ok(Associated { objects, times: association.times.clone(), scores })
     }
 
     /// ATE of the rows by what was associated; why there is none where an estimator panicked.
@@ -342,12 +268,7 @@ impl Given {
         methods: &[Method<'_>],
         objects: &[Option<usize>],
     ) -> Result<Result<Scores, String>, StageError> {
-        let detections = self.observations.detections.iter().zip(objects);
-        let mut detections: Vec<Detection> = detections
-            .filter_map(|(detection, object)| Some(Detection { track: (*object)?, ..detection.clone() }))
-            .collect();
-        detections.sort_by_key(|detection| (detection.step, detection.track));
-        let observations = Observations { detections, ..self.observations.clone() };
+        let observations = with_objects(&self.observations, objects);
         let mut scores = Scores::new();
         for (metric, row) in [
             (Metric::AteOfGeometric, methods.iter().find(|method| method.row == Row::Geometric)),

@@ -1,6 +1,6 @@
-//! The rows of the table of associations, and the associators that make them.
+//! The associators behind the rows of the table of associations.
 
-use std::fmt;
+use crate::scene_file::associator::{AssociatorRow, Told};
 use vantage_dataset::{Camera, Observations, Tracklets};
 use vantage_learn::readout::{ClassReadout, EmbeddingReadout, Readouts};
 use vantage_model::ObservationModel;
@@ -16,15 +16,6 @@ use vantage_slam::associator::{
 const GAP: usize = 3;
 /// Detections of nothing, a steradian and a step, where a scene's detector has none.
 const LEAST_CLUTTER: f64 = 1e-3;
-
-/// What an associator is told of who is who.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// Which detections are of one object while that stays in view.
-    Tracklets,
-    /// Nothing.
-    None,
-}
 
 /// Squared distance of two numbers that 99% of the right ones are within.
 const GATE: f64 = 9.21;
@@ -42,37 +33,7 @@ pub struct Looks<'m> {
     pub embedding: Option<EmbeddingReadout<'m>>,
 }
 
-/// An associator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AssociatorRow {
-    /// No object is ever seen again.
-    Separate,
-    /// The nearest object within a gate, one tracklet after the other, for good.
-    Nearest,
-    /// The likeliest objects of a step's detections by geometry, for good.
-    Greedy,
-    /// The same, with the model's latents beside geometry.
-    GreedyLatents,
-    /// The same, with a contrastive embedding in their place.
-    GreedyEmbedding,
-    /// Expectation maximisation by geometry and latents.
-    Em,
-    /// A max-mixture with a null hypothesis, by geometry and latents.
-    MaxMixture,
-    /// Hypotheses by geometry.
-    Hypotheses,
-    /// Hypotheses by geometry and class.
-    HypothesesClass,
-    /// Hypotheses by geometry and latents: from which side an object is seen says nothing.
-    HypothesesLatents,
-    /// Hypotheses by geometry, latents and sides.
-    HypothesesViews,
-}
-
 impl Told {
-    /// All levels, the more telling first.
-    pub const ALL: [Self; 2] = [Self::Tracklets, Self::None];
-
     /// Hypotheses that are kept at most: where each detection is a choice, time has to be bounded.
     fn hypotheses(self) -> usize {
         match self {
@@ -91,21 +52,6 @@ impl Told {
 }
 
 impl AssociatorRow {
-    /// All, in the order of the table.
-    pub const ALL: [Self; 11] = [
-        Self::Separate,
-        Self::Nearest,
-        Self::Greedy,
-        Self::GreedyLatents,
-        Self::GreedyEmbedding,
-        Self::Em,
-        Self::MaxMixture,
-        Self::Hypotheses,
-        Self::HypothesesClass,
-        Self::HypothesesLatents,
-        Self::HypothesesViews,
-    ];
-
     /// The associator of what is seen, with an estimator's settings, a detector and what reads crops; `None` without what it reads them by.
     pub fn associator<'m>(
         self,
@@ -152,31 +98,4 @@ fn clutter(camera: &Camera, detector: &DetectorSpec) -> f64 {
     let area = f64::from(camera.width) / camera.fx * f64::from(camera.height) / camera.fy;
     let each = detector.faults.as_ref().map_or(0.0, |faults| faults.false_per_image);
     (each / area).max(LEAST_CLUTTER)
-}
-
-impl fmt::Display for Told {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Tracklets => "tracklets",
-            Self::None => "none",
-        })
-    }
-}
-
-impl fmt::Display for AssociatorRow {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Separate => "separate",
-            Self::Nearest => "nearest",
-            Self::Greedy => "greedy",
-            Self::GreedyLatents => "greedy_latents",
-            Self::GreedyEmbedding => "greedy_embedding",
-            Self::Em => "em",
-            Self::MaxMixture => "max_mixture",
-            Self::Hypotheses => "hypotheses",
-            Self::HypothesesClass => "hypotheses_class",
-            Self::HypothesesLatents => "hypotheses_latents",
-            Self::HypothesesViews => "hypotheses_views",
-        })
-    }
 }

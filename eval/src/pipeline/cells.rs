@@ -1,6 +1,8 @@
 //! A cell of a map: one scene's episodes, and the trajectories of all that runs in it.
 
+use super::associating::Associating;
 use super::estimates::{Lessons, drives};
+use super::found::found as found_by;
 use super::tables::trajectory_runs;
 use super::{
     LoadedModel, Naming, Pipeline, SeedEpisode, StageError, chosen_model, episodes, methods, models,
@@ -9,6 +11,7 @@ use crate::progress::Progress;
 use crate::result::metric::Metric;
 use crate::result::run::Run;
 use crate::scene_file::SceneFile;
+use crate::scene_file::associator::AssociatedBy;
 use crate::scene_file::life::drive_seed;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,6 +27,8 @@ pub struct Pass {
     pub scene: SceneFile,
     /// Folder of the model; `None` for the scene's own.
     pub model: Option<PathBuf>,
+    /// Who tells which object a detection is of; `None` where the episode does.
+    pub association: Option<AssociatedBy>,
 }
 
 /// What a cell is made of.
@@ -81,7 +86,7 @@ pub fn cell(cell: &Cell<'_>, before: &Lessons) -> Result<CellRuns, StageError> {
     for pass in cell.passes {
         let progress = cell.progress.clone();
         let pipeline = Pipeline::of(pass.scene.clone(), cell.path, cell.cache, cell.renderer, progress)?;
-        let more = runs(&pipeline, pass.model.as_deref(), cell, before)?;
+        let more = runs(&pipeline, pass, cell, before)?;
         match &mut made {
             None => made = Some(more),
             Some(made) => {
@@ -97,32 +102,39 @@ pub fn cell(cell: &Cell<'_>, before: &Lessons) -> Result<CellRuns, StageError> {
 
 fn runs(
     pipeline: &Pipeline,
-    model: Option<&Path>,
+    pass: &Pass,
     &Cell { seeds, drive, columns, .. }: &Cell<'_>,
     before: &Lessons,
 ) -> Result<CellRuns, StageError> {
-    let models = models_of(pipeline, model)?;
+    let models = models_of(pipeline, pass.model.as_deref())?;
     let methods = methods(&pipeline.file.estimator.rows, &models);
     let of_drive: Vec<Seed> =
         seeds.iter().map(|&seed| drive.map_or(seed, |drive| drive_seed(seed, drive))).collect();
     let made = episodes(pipeline, &of_drive, Split::Test)?;
     let of_life = |(&seed, (_, episode)): (&Seed, SeedEpisode)| (seed, episode);
     let episodes: Vec<SeedEpisode> = seeds.iter().zip(made).map(of_life).collect();
+    let associating = pass.association.map(|_| Associating::new(pipeline, &models[0])).transpose()?;
     let mut seals = Vec::new();
     for episode in episodes.iter().filter_map(|(_, episode)| episode.as_ref().ok()) {
         let truth = read_truth(&episode.folder)?;
         let instances = || truth.objects.iter().map(|object| object.instance);
         models.iter().try_for_each(|model| model.check_unseen(instances()))?;
+        associating.iter().try_for_each(|by| by.check_unseen(instances()))?;
         seals.push(episode.seal.clone());
     }
-    let (answers, lessons) = drives(pipeline, &episodes, &methods, drive.map(|_| before))?;
+    let found = pass.association.zip(associating.as_ref());
+    let found = found
+        .map(|(by, associating)| found_by(pipeline, &episodes, by, (associating, &models[0])))
+        .transpose()?;
+    let found = found.as_deref();
+    let (answers, lessons) = drives(pipeline, &episodes, &methods, (drive.map(|_| before), found))?;
     let name = |model: &LoadedModel| {
         let folder = model.folder.file_name().unwrap_or_default();
         (folder.to_string_lossy().into_owned(), model.model.hash().to_owned())
     };
     Ok(CellRuns {
         methods: methods.iter().map(super::Method::name).collect(),
-        runs: trajectory_runs(&methods, &episodes, &answers, columns)?,
+        runs: trajectory_runs(&methods, &episodes, &answers, found, columns)?,
         models: models.iter().map(name).collect(),
         seals,
         lessons,

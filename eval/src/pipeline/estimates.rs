@@ -1,27 +1,32 @@
 //! Stage `estimate`: every row's posterior of an episode.
 
 mod answer;
+mod drive;
+mod row_input;
 
 pub use answer::{Answer, StoredObject};
+pub use row_input::with_objects;
 
 use super::azimuth_sensor::AzimuthSensor;
+use super::found::Found;
 use super::model::last_layer;
 use super::stage_cache::StageCache;
 use super::true_views::true_views;
 use super::{EpisodeFolder, LoadedModel, ModelRefusal, Pipeline, SeedEpisode, StageError, code};
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::{Reader, Row};
+use drive::{Drive, driven};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use std::cell::OnceCell;
+use row_input::RowInput;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use vantage_dataset::store::{Key, read_observations, read_truth};
+use vantage_dataset::store::{Key, read_truth};
 use vantage_dataset::{Observations, Seed};
 use vantage_learn::DecoderLastLayer;
 use vantage_learn::residual_process::ResidualProcess;
 use vantage_model::{LastLayer, ObservationModel};
-use vantage_slam::{EstimateError, Learnt, Lesson, SeenView};
+use vantage_slam::{EstimateError, Lesson, SeenView};
 
 const FILE: &str = "answer.json";
 
@@ -57,6 +62,9 @@ pub fn methods<'m>(rows: &[Row], models: &'m [LoadedModel]) -> Vec<Method<'m>> {
 struct Inputs<'a> {
     code: &'static str,
     episode: &'a str,
+    /// Of each detection its object, where not the episode tells it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    objects: Option<&'a [Option<usize>]>,
     model: &'a str,
     /// What identifies the views that the read-outs are fitted on, where the row reads one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,31 +88,38 @@ pub fn estimates(
     episodes: &[SeedEpisode],
     methods: &[Method<'_>],
 ) -> Result<Vec<SeedAnswers>, StageError> {
-    Ok(drives(pipeline, episodes, methods, None)?.0)
+    Ok(drives(pipeline, episodes, methods, (None, None))?.0)
 }
 
-/// Likewise, of drives that go on from what those `before` taught, of none where there is none for a row; and what they teach.
+/// Likewise, of drives that go on from what those `before` taught, of none where there is none for a row; and what they teach. Where who is
+/// who is `found`, the episodes do not tell it: rows are told the likeliest way, and those that learn, learn by all.
 pub fn drives(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     methods: &[Method<'_>],
-    before: Option<&Lessons>,
+    (before, found): (Option<&Lessons>, Option<&[Result<Found, String>]>),
 ) -> Result<(Vec<SeedAnswers>, Lessons), StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;
     let cache = &pipeline.cache;
     let on_seed = |(index, (seed, episode)): (usize, &SeedEpisode)| {
-        // Read where the cache lacks an answer.
-        let observations = OnceCell::new();
+        let ways = match (episode, found.map(|found| &found[index])) {
+            (Ok(episode), None) => Ok(vec![(1.0, RowInput::new(episode, None))]),
+            (Ok(episode), Some(Ok(found))) => {
+                let ways = found.ways.iter();
+                Ok(ways.map(|way| (way.weight, RowInput::new(episode, Some(&way.objects)))).collect())
+            }
+            (Err(reason), _) | (Ok(_), Some(Err(reason))) => Err(reason),
+        };
         let of_method = |method: &Method<'_>| {
             let known = || before?.get(&method.row)?.get(index).cloned();
             let before = before.filter(|_| method.row.learns()).map(|_| known().unwrap_or_default());
-            match (episode, before) {
-                (Err(reason), before) => Ok(Drive { answer: Answer::failed(reason.clone()), lesson: before }),
-                (Ok(episode), Some(before)) => learnt(cache, episode, &observations, (method, spec), &before),
-                (Ok(episode), None) => {
-                    let answer = answered(cache, episode, &observations, method, spec)?;
-                    Ok(Drive { answer, lesson: None })
+            match (&ways, before) {
+                (Err(reason), lesson) => Ok(Drive { answer: Answer::failed((*reason).clone()), lesson }),
+                (Ok(ways), Some(before)) => driven(cache, ways, (method, spec), &before),
+                (Ok(ways), None) => {
+                    let (_, likeliest) = ways.first().expect("at least one");
+                    Ok(Drive { answer: answered(cache, likeliest, method, spec)?, lesson: None })
                 }
             }
         };
@@ -124,63 +139,6 @@ pub fn drives(
         answers.push((seed, of_methods));
     }
     Ok((answers, lessons))
-}
-
-/// An answer, and what is known after it by a row that learns.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Drive {
-    answer: Answer,
-    lesson: Option<Lesson>,
-}
-
-/// The observations of an episode, read once.
-fn read<'o>(
-    observations: &'o OnceCell<Observations>,
-    episode: &EpisodeFolder,
-) -> Result<&'o Observations, StageError> {
-    match observations.get() {
-        Some(observations) => Ok(observations),
-        None => {
-            let read = read_observations(&episode.folder)?;
-            Ok(observations.get_or_init(|| read))
-        }
-    }
-}
-
-/// A drive after those that taught `before`, from the cache where that has it.
-fn learnt(
-    cache: &StageCache,
-    episode: &EpisodeFolder,
-    observations: &OnceCell<Observations>,
-    (method, spec): (&Method<'_>, &EstimatorSpec),
-    before: &Lesson,
-) -> Result<Drive, StageError> {
-    let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
-    let (code, model) = (code::ESTIMATED, method.model.model.hash());
-    let inputs = Inputs { code, episode: &episode.seal, model, readouts: None, process: None, spec: of_row };
-    let key = Key::new("drive", &(inputs, before))?;
-    cache.json(&key, FILE, || {
-        let observations = read(observations, episode)?;
-        let layer = layer_of(method)?;
-        let seen = seen_in_truth(observations, episode, method)?;
-        let reader = Reader {
-            layer: layer.as_ref().map(|layer| layer as &dyn LastLayer),
-            seen: seen.as_deref(),
-            ..method.model.reader()
-        };
-        let learner = method.row.learner(&spec.settings(), reader).expect("the row learns");
-        let same = |answer| Ok(Drive { answer, lesson: Some(before.clone()) });
-        match catch_unwind(AssertUnwindSafe(|| learner.learn(observations, before))) {
-            Ok(Ok(Learnt { estimate, lesson, gain })) => {
-                let answer = Answer { gain, ..Answer::new(estimate) };
-                Ok(Drive { answer, lesson: Some(lesson) })
-            }
-            Ok(Err(error @ EstimateError::Model(_))) => same(Answer::failed(error.to_string())),
-            Ok(Err(error)) => Err(error.into()),
-            Err(_) => same(Answer::failed(PANICKED.to_owned())),
-        }
-    })
 }
 
 fn layer_of<'m>(method: &Method<'m>) -> Result<Option<DecoderLastLayer<'m>>, StageError> {
@@ -204,8 +162,7 @@ fn seen_in_truth(
 /// The answer of a method on an episode, from the cache where that has it.
 fn answered(
     cache: &StageCache,
-    episode: &EpisodeFolder,
-    observations: &OnceCell<Observations>,
+    given: &RowInput<'_>,
     method: &Method<'_>,
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
@@ -215,10 +172,11 @@ fn answered(
     let readouts = fitted_on.filter(|_| method.row.reads_out());
     let beside = method.model.process.as_ref().map(|(_, seal)| seal.as_str());
     let process = beside.filter(|_| method.row.has_process());
-    let inputs = Inputs { code, episode: &episode.seal, model, readouts, process, spec: of_row };
+    let (episode, objects) = (given.episode, given.objects);
+    let inputs = Inputs { code, episode: &episode.seal, objects, model, readouts, process, spec: of_row };
     let key = Key::new("estimate", &inputs)?;
     cache.json(&key, FILE, || {
-        let observations = read(observations, episode)?;
+        let observations = given.observations()?;
         let ideal = match method.row.reads_truth() {
             true => {
                 let truth = read_truth(&episode.folder)?;
@@ -226,8 +184,8 @@ fn answered(
             }
             false => None,
         };
-        let seen = seen_in_truth(observations, episode, method)?;
-        answer(observations, method, (ideal.as_ref(), seen.as_deref()), spec)
+        let views = seen_in_truth(observations, episode, method)?;
+        answer(observations, method, (ideal.as_ref(), views.as_deref()), spec)
     })
 }
 

@@ -3,6 +3,7 @@
 //! Every stage is an entry of the cache, by the hash of all that can change it, so that a second run of a scene
 //! simulates, trains and estimates nothing.
 
+mod associating;
 mod associations;
 mod associator_row;
 mod azimuth_sensor;
@@ -12,6 +13,7 @@ mod embedding;
 mod episodes;
 mod error;
 mod estimates;
+mod found;
 #[cfg(feature = "train")]
 mod known_views;
 mod model;
@@ -34,7 +36,6 @@ use crate::code;
 pub use associations::{
     Associated, GIVEN, SeedAssociations, association_rows, association_table, associations,
 };
-pub use associator_row::{AssociatorRow, Told};
 pub use azimuth_sensor::AzimuthSensor;
 pub use cells::{Cell, CellRuns, Pass, cell, row_names};
 pub use embedding::embedding;

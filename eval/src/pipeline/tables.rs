@@ -1,5 +1,6 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
+use super::found::Found;
 use super::{
     Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, SeedOnline, StageError, StoredObject, beliefs,
 };
@@ -7,6 +8,7 @@ use crate::result::metric::Metric;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
 use crate::scene_file::row::Row;
+use crate::score::azimuth::{SeenSide, azimuth_error};
 use crate::score::consistency::{self, CONSISTENCY, ObjectGaussian};
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
@@ -18,7 +20,7 @@ use crate::score::trajectory_scores::{TRAJECTORIES, TRAJECTORY, object_scores, p
 use crate::score::unseen::Unseen;
 use crate::score::unseen_table::{TABLES, UnseenTable};
 use vantage_dataset::store::{read_observations, read_truth};
-use vantage_dataset::{Detection, Seed, Truth};
+use vantage_dataset::{Detection, Observations, Seed, Truth};
 use vantage_learn::Kind;
 
 /// The tables, and what they are of.
@@ -100,19 +102,31 @@ pub fn tables(
     Ok(Tables { tables, detections })
 }
 
-/// The runs of trajectories alone, with those of their scores that are in `columns`.
+/// The runs of trajectories alone, with those of their scores that are in `columns`; by what was `found`, where episodes do not tell who is
+/// who.
 pub fn trajectory_runs(
     methods: &[Method<'_>],
     episodes: &[SeedEpisode],
     answers: &[SeedAnswers],
+    found: Option<&[Result<Found, String>]>,
     columns: &[Metric],
 ) -> Result<Vec<Run>, StageError> {
     let mut runs = Vec::new();
-    for ((seed, episode), (_, answers)) in episodes.iter().zip(answers) {
+    for (index, ((seed, episode), (_, answers))) in episodes.iter().zip(answers).enumerate() {
         let truth = episode.as_ref().ok().map(|episode| read_truth(&episode.folder)).transpose()?;
+        let found = found.and_then(|found| found[index].as_ref().ok()).map(Found::likeliest);
+        let sides = match (episode, &truth) {
+            (Ok(episode), Some(truth)) if columns.contains(&Metric::Azimuth) => {
+                let observations = read_observations(&episode.folder)?;
+                Some(Sides { views: seen_views(&observations, truth, found), truth, observations })
+            }
+            _ => None,
+        };
         for (method, answer) in methods.iter().zip(answers) {
             let Scored { mut trajectory, consistency } = scores(answer, truth.as_ref(), false)?;
             trajectory.extend(consistency);
+            let azimuth = sides.as_ref().and_then(|sides| sides.azimuth_error(answer));
+            trajectory.extend(azimuth.map(|azimuth| (Metric::Azimuth, azimuth)));
             trajectory.extend(answer.gain.map(|gain| (Metric::PrequentialGain, gain)));
             trajectory.retain(|metric, _| columns.contains(metric));
             let outcome = answer.outcome.clone();
@@ -120,6 +134,41 @@ pub fn trajectory_runs(
         }
     }
     Ok(runs)
+}
+
+/// The views of objects on an episode.
+struct Sides<'t> {
+    truth: &'t Truth,
+    observations: Observations,
+    views: Vec<SeenSide>,
+}
+
+/// The views that show an object, with what each was taken for: by what was `found`, or else what it shows.
+fn seen_views(observations: &Observations, truth: &Truth, found: Option<&[Option<usize>]>) -> Vec<SeenSide> {
+    let view = |(number, detection): (usize, &Detection)| {
+        truth.shown(number, detection)?;
+        let (step, object) = (detection.step, detection.track);
+        Some(SeenSide { step, object, taken_for: found.map_or(Some(object), |found| found[number]) })
+    };
+    observations.detections.iter().enumerate().filter_map(view).collect()
+}
+
+impl Sides<'_> {
+    /// How far an answer is off in the azimuths from which objects were seen.
+    fn azimuth_error(&self, answer: &Answer) -> Option<f64> {
+        if matches!(answer.outcome, Outcome::Failed(_)) {
+            return None;
+        }
+        let centers: Vec<_> =
+            answer.objects.iter().map(|object| object.as_ref().map(|object| object.position)).collect();
+        let mount = &self.observations.robot_from_camera;
+        azimuth_error(
+            &self.views,
+            &self.truth.objects,
+            (&self.truth.world_from_robot, mount),
+            (&answer.world_from_robot, &centers),
+        )
+    }
 }
 
 /// The table of estimates after every step, of the methods that have them, beside `answers` by whole episodes.

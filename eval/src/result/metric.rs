@@ -62,6 +62,8 @@ metrics! {
     RecallAt5 => "Recall@5", "recall_at_5", Ratio, Higher;
     /// Median azimuth error: [`crate::score::viewpoint::summarize`].
     ViewpointMedian => "Viewpoint median", "viewpoint_median_rad", Radian, Lower;
+    /// Mean error of the azimuths from which an object was seen, its front free: [`crate::score::azimuth::azimuth_error`].
+    Azimuth => "Azimuth", "azimuth_rad", Radian, Lower;
     /// Share of azimuth errors under 15 degrees.
     ViewpointRight => "Viewpoint < 15 deg", "viewpoint_right", Ratio, Higher;
     /// Recall@5 where the matches have to come from another lighting session.

@@ -1,6 +1,7 @@
 //! Lives: several drives of a robot, one after the other, of which each goes on from what those before it taught.
 
-use super::map::{MapFile, Panel};
+use super::map::MapFile;
+use super::panel::Panel;
 use super::vary::{Axis, Fields, of_a_cell};
 use garde::Validate;
 use schemars::JsonSchema;

@@ -1,10 +1,9 @@
 //! The map file: one scene in many cells, the estimators that are compared in each, and what is expected of them.
 
 use super::hypothesis::Hypothesis;
-use super::life::Stretch;
-use super::row::Row;
+use super::panel::{Estimates, Panel, Summary};
 use super::seeds::Seeds;
-use super::vary::{Axis, Fields, of_a_cell, told};
+use super::vary::{Axis, Fields, told};
 use super::{SceneFile, is_file_name};
 use crate::result::metric::Metric;
 use garde::Validate;
@@ -56,68 +55,19 @@ pub struct MapFile {
     pub hypotheses: Vec<Hypothesis>,
 }
 
-/// Panels and rows for a reader in a hurry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct Summary {
-    /// The panels, by their names.
-    #[garde(length(min = 1, max = 4))]
-    pub panels: Vec<String>,
-    /// The rows, as tables name them.
-    #[garde(length(min = 1))]
-    pub rows: Vec<String>,
-}
-
-/// Rows that read crops by one model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct Estimates {
-    /// The rows.
-    #[garde(length(min = 1))]
-    pub rows: Vec<Row>,
-    /// Folder of the model, relative to the map; without it, that of the scene.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(skip)]
-    pub model: Option<PathBuf>,
-    /// Fields of `estimator` that these rows have otherwise than the scene.
-    #[serde(default, skip_serializing_if = "Fields::is_empty")]
-    #[garde(custom(of_the_estimator))]
-    pub set: Fields,
-}
-
-/// The scene with some fields replaced.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct Panel {
-    /// Its name in tables.
-    #[garde(custom(is_file_name))]
-    pub name: String,
-    /// Its title in figures.
-    #[garde(length(min = 1, max = 60))]
-    pub title: String,
-    /// Fields of the scene that are replaced.
-    #[serde(default)]
-    #[garde(custom(of_a_cell))]
-    pub set: Fields,
-    /// Where drives follow each other, their worlds: rows that learn go on from what the drives before taught.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[garde(length(max = 50), dive)]
-    pub life: Vec<Stretch>,
-    /// Whether each drive is a first one, of which those before taught nothing.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    #[garde(skip)]
-    pub alone: bool,
-    /// What runs in its cells, in place of what runs in all others.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(dive, custom(not_empty))]
-    pub estimates: Option<Vec<Estimates>>,
-}
-
 /// The scores of each cell.
-const COLUMNS: [Metric; 4] = [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose];
+const COLUMNS: [Metric; 5] =
+    [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose, Metric::PositionInside95];
 /// Likewise, of drives of lives.
-const COLUMNS_OF_DRIVES: [Metric; 5] =
-    [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose, Metric::PrequentialGain];
+const COLUMNS_OF_DRIVES: [Metric; 7] = [
+    Metric::Ate,
+    Metric::AteUmeyama,
+    Metric::Heading,
+    Metric::NeesPose,
+    Metric::PositionInside95,
+    Metric::Azimuth,
+    Metric::PrequentialGain,
+];
 
 impl MapFile {
     /// The map of a scene that varies one or two of its own fields; `None` where it varies none.
@@ -154,7 +104,7 @@ impl MapFile {
             scene: PathBuf::new(),
             seeds: None,
             across,
-            estimates: vec![Estimates { rows, model: None, set: Fields::new() }],
+            estimates: vec![Estimates { rows, model: None, association: None, set: Fields::new() }],
             panels,
             summary: None,
             hypotheses: Vec::new(),
@@ -180,24 +130,6 @@ impl MapFile {
     /// The name of the table of a cell.
     pub fn cell_name(&self, panel: &Panel, value: &Value) -> String {
         format!("{}, {} {}", panel.name, self.across.label(), told(value))
-    }
-}
-
-fn of_the_estimator(set: &Fields, _: &()) -> garde::Result {
-    match set.keys().find(|field| !field.starts_with("estimator.") || *field == "estimator.rows") {
-        Some(field) => {
-            Err(garde::Error::new(format!("{field}: expected fields of estimator, but `rows`, alone")))
-        }
-        None => Ok(()),
-    }
-}
-
-fn not_empty(estimates: &Option<Vec<Estimates>>, _: &()) -> garde::Result {
-    match estimates {
-        Some(estimates) if estimates.is_empty() => {
-            Err(garde::Error::new("got none, expected at least one; leave it out for those of the map"))
-        }
-        _ => Ok(()),
     }
 }
 

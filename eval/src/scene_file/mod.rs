@@ -1,11 +1,13 @@
 //! The scene file: YAML -> a checked scene, or every reason why not, with line and column.
 
+pub mod associator;
 mod error;
 pub mod estimator;
 pub mod hypothesis;
 mod kind;
 pub mod life;
 pub mod map;
+pub mod panel;
 mod place;
 mod range;
 mod read;

@@ -6,6 +6,7 @@ pub mod alignment;
 pub mod association;
 pub mod association_entry;
 pub mod ate;
+pub mod azimuth;
 pub mod azimuth_information;
 pub mod bound;
 pub mod calibration;

@@ -1,13 +1,14 @@
 //! What scenes say of who is who, side by side.
 
 use super::{UNDEFINED, metres};
-use crate::pipeline::{AssociatorRow, GIVEN, Told};
+use crate::pipeline::GIVEN;
 use crate::result::metric::Metric;
 use crate::result::paired::Paired;
 use crate::result::report::TABLES;
 use crate::result::results_file::Results;
 use crate::result::statistics::Mean;
 use crate::result::table::Table;
+use crate::scene_file::associator::{AssociatedBy, AssociatorRow, Told};
 use crate::score::association::ASSOCIATION;
 
 /// Name of the page.
@@ -52,8 +53,8 @@ pub fn associations(scenes: &[Results]) -> Option<String> {
     Some(page)
 }
 
-fn name(told: Told, row: AssociatorRow) -> String {
-    format!("{told}-{row}")
+fn name(told: Told, by: AssociatorRow) -> String {
+    AssociatedBy { told, by }.to_string()
 }
 
 /// A row a scene, a column an associator, with one column before them.

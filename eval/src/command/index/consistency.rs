@@ -1,10 +1,10 @@
 //! What estimators of scenes promise, side by side.
 
-use super::{UNDEFINED, spread, with_interval};
+use super::{UNDEFINED, metres, scores, spread};
+use crate::result::bootstrap::bca_interval;
 use crate::result::metric::Metric;
 use crate::result::report::TABLES;
 use crate::result::results_file::Results;
-use crate::result::statistics::Mean;
 use crate::result::table::Table;
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::is_learned;
@@ -44,12 +44,13 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
                     rows += &format!(" {UNDEFINED} |");
                     continue;
                 };
-                let is_off = is_off(&mean, wanted);
+                let interval = bca_interval(&scores(table, row, metric));
+                let is_off = interval.is_some_and(|(low, high)| wanted < low || wanted > high);
                 cells += 1;
                 bold += usize::from(is_off);
                 let is_nees = metric != Metric::PositionInside95;
                 let spread = if is_nees { spread(table, row, metric) } else { String::new() };
-                rows += &format!(" {} |", cell(&mean, is_off) + &spread);
+                rows += &format!(" {} |", cell(mean.mean, interval, is_off) + &spread);
             }
             rows += "\n";
         }
@@ -57,7 +58,7 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
     let mut page = format!(
         "# What is promised, and what is kept\n\nMade by `bench index`, from the files beside it. \
                     What columns are: `docs/scores.md`.\n\n\
-                    Means over seeds with 95% intervals of Student's t; of a NEES in brackets the median and the most of a seed.\n\
+                    Means over seeds with 95% BCa intervals; of a NEES in brackets the median and the most of a seed.\n\
                     A NEES above 1 promises too much, one below too little. Of positions 0.95 is meant.\n\n\
                     Bold: the interval excludes what is meant. {bold} of {cells} cells are; about {} would be, were all honest and errors normal.\n\
                     One seed that is far off widens an interval until it excludes nothing: look at the brackets.\n\n\
@@ -69,13 +70,9 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
     Some(page)
 }
 
-/// Whether the interval excludes what is meant.
-fn is_off(mean: &Mean, wanted: f64) -> bool {
-    mean.half_width.is_some_and(|half| (mean.mean - wanted).abs() > half)
-}
-
-fn cell(mean: &Mean, is_off: bool) -> String {
-    let text = with_interval(mean);
+fn cell(mean: f64, interval: Option<(f64, f64)>, is_off: bool) -> String {
+    let interval = interval.map(|(low, high)| format!(" [{}, {}]", metres(low), metres(high)));
+    let text = metres(mean) + &interval.unwrap_or_default();
     if is_off { format!("**{text}**") } else { text }
 }
 
@@ -107,9 +104,9 @@ mod tests {
         assert_eq!(
             lines,
             [
-                format!("{link} | `geometric` | 3 | 1.000 +- 0.248 (1.0, 1.1) | - | - | - | - | - |"),
+                format!("{link} | `geometric` | 3 | 1.000 [0.900, 1.100] (1.0, 1.1) | - | - | - | - | - |"),
                 format!(
-                    "{link} | `viewpoint_dependent` | 3 | **3.000 +- 0.248** (3.0, 3.1) | - | - | - | - | 14.000 +- 55.934 (1.0, 40.0) |"
+                    "{link} | `viewpoint_dependent` | 3 | **3.000 [2.900, 3.100]** (3.0, 3.1) | - | - | - | - | 14.000 [1.000, 40.000] (1.0, 40.0) |"
                 ),
             ]
         );

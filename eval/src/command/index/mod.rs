@@ -173,10 +173,14 @@ fn pictures(folder: &Path) -> Vec<String> {
     names
 }
 
+/// A row's score on each seed that has it.
+fn scores(table: &Table, row: &str, metric: Metric) -> Vec<f64> {
+    table.runs_of(row).iter().filter_map(|run| run.scores.get(&metric).copied()).collect()
+}
+
 /// ` (median, most)` of a score over seeds; nothing where none has it.
 fn spread(table: &Table, row: &str, metric: Metric) -> String {
-    let mut scores: Vec<f64> =
-        table.runs_of(row).iter().filter_map(|run| run.scores.get(&metric).copied()).collect();
+    let mut scores = scores(table, row, metric);
     scores.sort_by(f64::total_cmp);
     match (quantile(&scores, 0.5), scores.last()) {
         (Some(median), Some(most)) => format!(" ({median:.1}, {most:.1})"),

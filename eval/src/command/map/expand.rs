@@ -3,7 +3,8 @@
 use crate::pipeline::Pass;
 use crate::scene_file::SceneFile;
 use crate::scene_file::hypothesis::Hypothesis;
-use crate::scene_file::map::{Estimates, MapFile, Panel};
+use crate::scene_file::map::MapFile;
+use crate::scene_file::panel::{Estimates, Panel};
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::kind_names;
 use crate::scene_file::vary::{VaryError, told, varied};
@@ -41,7 +42,7 @@ pub fn sequences(map: &MapFile, path: &Path, base: &SceneFile) -> Result<Vec<Vec
                 let mut scene = varied(&scene, &estimates.set).map_err(refused)?;
                 scene.estimator.rows.clone_from(&estimates.rows);
                 let model = estimates.model.as_ref().map(|model| beside.join(model));
-                Ok(Pass { scene, model })
+                Ok(Pass { scene, model, association: estimates.association })
             };
             let passes = map.estimates_of(panel).iter().map(pass).collect::<Result<_, _>>()?;
             let planned = Planned { name: map.cell_name(panel, value), drive, passes };
@@ -71,6 +72,13 @@ fn rows_fit(map: &MapFile, path: &Path) -> Result<(), VaryError> {
             let reason =
                 "a row that is not of a model runs twice: leave it out of all but one of `estimates`";
             return Err(refused(of(), reason));
+        }
+        let asked = map.estimates_of(panel).iter().filter(|estimates| estimates.association.is_some());
+        if let Some(row) = asked.flat_map(|of| &of.rows).find(|row| row.reads_truth() || row.is_taught()) {
+            let reason = format!(
+                "{row} reads the truth, by the objects that the episode tells: run it without an `association`"
+            );
+            return Err(refused(of(), &reason));
         }
     }
     for (i, hypothesis) in map.hypotheses.iter().enumerate() {
@@ -166,6 +174,12 @@ panels:
         assert_eq!(passes[0].scene.estimator.semantic_noise_scale, 1.0);
         assert_eq!(passes[1].model.as_deref(), Some(Path::new("maps/m")));
         assert_eq!(passes[0].scene.estimator.rows.len(), 2);
+        assert!(passes.iter().all(|pass| pass.association.is_none()));
+        let found =
+            MAP.replace("model: m,", "model: m, association: { told: tracklets, by: hypotheses_latents },");
+        let passes = expanded(&found).unwrap().remove(0).remove(0).passes;
+        assert_eq!(passes[0].association, None);
+        assert_eq!(passes[1].association.unwrap().to_string(), "tracklets-hypotheses_latents");
     }
 
     #[test]
@@ -173,6 +187,11 @@ panels:
         for (from, to, said) in [
             ("over: [1.6, 1.7]", "over: [1.6, 0.3]", "maps/m.yaml: panel a, robot.path.circle.radius 0.3: "),
             ("world.objects: 3", "world.objects: none", "panel b, robot.path.circle.radius 1.6: "),
+            (
+                "rows: [viewpoint_dependent]",
+                "association: { told: tracklets, by: nearest }, rows: [ideal_azimuth]",
+                "panel a: ideal_azimuth reads the truth",
+            ),
             (
                 "rows: [viewpoint_dependent]",
                 "rows: [geometric]",

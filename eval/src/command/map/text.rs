@@ -14,7 +14,8 @@ use crate::result::statistics::Mean;
 use crate::result::table::Table;
 use crate::result::wilcoxon::wilcoxon;
 use crate::scene_file::hypothesis::{Expectation, Hypothesis};
-use crate::scene_file::map::{MapFile, Panel};
+use crate::scene_file::map::MapFile;
+use crate::scene_file::panel::Panel;
 use crate::scene_file::row::Row;
 use crate::scene_file::vary::{Fields, told};
 
@@ -105,11 +106,14 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         text += &format!("\nFrom drive {}: {set}\n", stretch.from);
     }
     for estimates in panel.estimates.as_ref().unwrap_or(&map.estimates) {
+        let rows: Vec<String> = estimates.rows.iter().map(Row::to_string).collect();
+        let model = estimates.model.as_ref().and_then(|model| model.file_name());
+        let by = model.map(|name| format!(", by {}", name.display())).unwrap_or_default();
         if !estimates.set.is_empty() {
-            let rows: Vec<String> = estimates.rows.iter().map(Row::to_string).collect();
-            let model = estimates.model.as_ref().and_then(|model| model.file_name());
-            let by = model.map(|name| format!(", by {}", name.display())).unwrap_or_default();
             text += &format!("\n{}{by}: {}\n", rows.join(", "), fields(&estimates.set));
+        }
+        if let Some(association) = estimates.association {
+            text += &format!("\n{}{by}: who is who by `{association}`\n", rows.join(", "));
         }
     }
     let Some(first) = tables.first() else { return text };
@@ -118,8 +122,9 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         std::iter::once(first.to_owned()).chain(values).collect()
     };
     let methods = first.methods();
-    let of_means = [Metric::Ate, Metric::NeesPose, Metric::PrequentialGain];
-    for metric in of_means.into_iter().filter(|metric| map.columns().contains(metric)) {
+    let of_means =
+        [Metric::Ate, Metric::NeesPose, Metric::PositionInside95, Metric::Azimuth, Metric::PrequentialGain];
+    for metric in of_means.into_iter().filter(|metric| first.metrics().contains(metric)) {
         let row = |method: &String| {
             let cells =
                 tables.iter().map(|table| mean(metric, table.cell(method, metric).mean, table.seeds().len()));

@@ -2,7 +2,7 @@
 
 use super::error::TaskError;
 use crate::command::cli::AssociationChoice;
-use crate::pipeline::Told;
+use crate::scene_file::associator::Told;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

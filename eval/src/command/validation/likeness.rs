@@ -1,7 +1,7 @@
 //! What crops tell of pairs of tracklets, of one object or of two: what fits the exponents of likenesses, and how far one may trust them.
 
 use super::Trial;
-use crate::pipeline::Told;
+use crate::scene_file::associator::Told;
 use crate::scene_file::row::Reader;
 use rayon::prelude::*;
 use vantage_dataset::InstanceId;
