@@ -8,7 +8,7 @@ pub use answer::{Answer, StoredObject};
 pub use row_input::with_objects;
 
 use super::azimuth_sensor::AzimuthSensor;
-use super::found::Found;
+use super::found::Finding;
 use super::model::last_layer;
 use super::stage_cache::StageCache;
 use super::true_views::true_views;
@@ -97,7 +97,7 @@ pub fn drives(
     pipeline: &Pipeline,
     episodes: &[SeedEpisode],
     methods: &[Method<'_>],
-    (before, found): (Option<&Lessons>, Option<&[Result<Found, String>]>),
+    (before, found): (Option<&Lessons>, Option<&[Finding]>),
 ) -> Result<(Vec<SeedAnswers>, Lessons), StageError> {
     let stage = pipeline.progress.stage("estimates", episodes.len() as u64);
     let spec = &pipeline.file.estimator;

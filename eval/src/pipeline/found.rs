@@ -26,7 +26,10 @@ pub struct Found {
     pub ways: Vec<Way>,
 }
 
-/// One of them.
+/// What is found on an episode, or why nothing is.
+pub type Finding = Result<Found, String>;
+
+/// One of the ways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Way {
@@ -42,7 +45,7 @@ pub fn found(
     episodes: &[SeedEpisode],
     by: AssociatedBy,
     (associating, model): (&Associating<'_>, &LoadedModel),
-) -> Result<Vec<Result<Found, String>>, StageError> {
+) -> Result<Vec<Finding>, StageError> {
     let stage = pipeline.progress.stage("who is who", episodes.len() as u64);
     // Whatever rows there are, the settings alone count.
     let spec = EstimatorSpec { rows: Vec::new(), ..pipeline.file.estimator.clone() };

@@ -1,6 +1,6 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
-use super::found::Found;
+use super::found::{Finding, Found};
 use super::{
     Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, SeedOnline, StageError, StoredObject, beliefs,
 };
@@ -108,7 +108,7 @@ pub fn trajectory_runs(
     methods: &[Method<'_>],
     episodes: &[SeedEpisode],
     answers: &[SeedAnswers],
-    found: Option<&[Result<Found, String>]>,
+    found: Option<&[Finding]>,
     columns: &[Metric],
 ) -> Result<Vec<Run>, StageError> {
     let mut runs = Vec::new();
