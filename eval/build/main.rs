@@ -1,6 +1,7 @@
 //! Hashes of the source code behind the stages of the cache: a result made by other code is not taken for this one's.
 
 mod source;
+mod sources;
 mod supplied;
 
 use std::io;
@@ -111,6 +112,11 @@ fn main() -> io::Result<()> {
         }
         println!("cargo::rustc-env=VANTAGE_CODE_{stage}={}", hasher.finalize().to_hex());
     }
+    let root = Path::new("..");
+    for folder in sources::FOLDERS {
+        println!("cargo::rerun-if-changed={}", root.join(folder).display());
+    }
+    println!("cargo::rustc-env=VANTAGE_SOURCES={}", sources::hash(root)?);
     let out = std::env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo sets OUT_DIR"))?;
     supplied::write(&Path::new(&out).join("supplied.rs"))
 }

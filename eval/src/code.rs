@@ -14,3 +14,11 @@ pub const SCORED: &str = env!("VANTAGE_CODE_SCORED");
 pub const ASSOCIATED: &str = env!("VANTAGE_CODE_ASSOCIATED");
 /// What tells who is who to rows that no episode tells it.
 pub const FOUND: &str = env!("VANTAGE_CODE_FOUND");
+
+#[path = "../build/sources.rs"]
+mod sources;
+
+/// Whether a checkout of this repository holds the sources that this program was built from.
+pub fn is_of(root: &std::path::Path) -> bool {
+    sources::hash(root).is_ok_and(|hash| hash == env!("VANTAGE_SOURCES"))
+}

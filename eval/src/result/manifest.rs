@@ -4,6 +4,7 @@
 //! and renderer are those here.
 
 use super::kind::ResultKind;
+use crate::code;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -69,7 +70,7 @@ pub struct Manifest {
 pub struct Commit {
     /// Full hash of the commit.
     pub hash: String,
-    /// Whether tracked files differ from it.
+    /// Whether tracked files differ from it, or its sources from those that the program was built from.
     pub modified: bool,
 }
 
@@ -169,9 +170,9 @@ impl Commit {
             return None;
         }
         let hash = git(&["rev-parse", "HEAD"])?;
-        let modified =
-            !git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":(exclude,top)results"])?
-                .is_empty();
+        let changes =
+            git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":(exclude,top)results"])?;
+        let modified = !changes.is_empty() || !code::is_of(Path::new(&root));
         Some(Self { hash, modified })
     }
 }
@@ -231,8 +232,10 @@ mod tests {
         std::fs::write(folder.path().join("Cargo.lock"), LOCK_FILE).unwrap();
         git(&["add", "Cargo.lock"]).unwrap();
         git(&["commit", "-q", "-m", "lock"]).unwrap();
-        let clean = Commit::of(folder.path()).unwrap();
-        assert_eq!((clean.hash.len(), clean.modified), (40, false));
+        // Without our sources.
+        let other = Commit::of(folder.path()).unwrap();
+        assert_eq!((other.hash.len(), other.modified), (40, true));
+        assert!(code::is_of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..")));
         std::fs::write(folder.path().join("Cargo.lock"), "other").unwrap();
         assert_eq!(Commit::of(folder.path()), None);
     }

@@ -60,8 +60,8 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
                     What columns are: `docs/scores.md`.\n\n\
                     Means over seeds with 95% BCa intervals; of a NEES in brackets the median and the most of a seed.\n\
                     A NEES above 1 promises too much, one below too little. Of positions 0.95 is meant.\n\n\
-                    Bold: the interval excludes what is meant. {bold} of {cells} cells are; about {} would be, were all honest and errors normal.\n\
-                    One seed that is far off widens an interval until it excludes nothing: look at the brackets.\n\n\
+                    Bold: the interval excludes what is meant. {bold} of {cells} cells are; about {} would be, were all honest and intervals exact.\n\
+                    Of 10 to 20 seeds they are too narrow, and one seed that is far off may make a cell bold: look at the brackets.\n\n\
                     | scene | row | seeds |",
         cells / 20
     );

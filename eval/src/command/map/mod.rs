@@ -136,7 +136,7 @@ fn each_row_once<'a>(
             for name in &known[&key] {
                 if names.contains(name) {
                     let reason = format!(
-                        "{name} runs by two models, and both rows have this name: put one into another panel"
+                        "{name} runs twice, by two models, settings or associations, and both rows have this name: put one into another panel"
                     );
                     return Err(VaryError { path: map.to_owned(), what: cell.clone(), reason }.into());
                 }
