@@ -85,6 +85,15 @@ def nees(errors, covariances):
     return np.sum(errors * solved, axis=-1) / errors.shape[-1]
 
 
+def surprise(errors, covariances):
+    return 0.5 * (errors.shape[-1] * nees(errors, covariances) + np.linalg.slogdet(2 * np.pi * covariances)[1])
+
+
+def inside(name, per_number, numbers):
+    found = chi2.cdf(numbers * np.asarray(per_number), numbers)
+    return {f"{name}_inside{round(100 * share)}": np.mean(found <= share) for share in (0.5, 0.8, 0.95)}
+
+
 def consistency(truth, answer):
     if "pose_covariance" not in answer:
         return {}
@@ -93,30 +102,28 @@ def consistency(truth, answer):
     covariances = answer["pose_covariance"][1:]
     xi = se3_log(np.linalg.inv(own_first[1:]) @ true_first[1:])
     up = np.einsum("nji,j->ni", own_first[1:, :3, :3], true[0, :3, :3].T @ UP)
-    pose, position = nees(xi, covariances), nees(xi[:, 3:], covariances[:, 3:, 3:])
-    about = np.einsum("ni,nij,nj->n", up, covariances[:, :3, :3], up)
-    heading = np.sum(up * xi[:, :3], axis=1) ** 2 / about
-    found = {
-        "nees_position_end": position[-1],
-        "nees_heading_end": heading[-1],
-        "nees_pose_end": pose[-1],
-        "nees_position": position.mean(),
-        "nees_heading": heading.mean(),
-        "nees_pose": pose.mean(),
-        "position_surprise": 0.5 * (3 * position[-1] + np.linalg.slogdet(2 * np.pi * covariances[-1, 3:, 3:])[1]),
-    }
-    for share in (0.5, 0.8, 0.95):
-        name = f"inside{round(100 * share)}"
-        found[f"position_{name}"] = np.mean(chi2.cdf(3 * position, 3) <= share)
-        found[f"heading_{name}"] = np.mean(chi2.cdf(heading, 1) <= share)
+    about = np.einsum("ni,nij,nj->n", up, covariances[:, :3, :3], up)[:, None, None]
+    turned = np.sum(up * xi[:, :3], axis=1)[:, None]
+    found = {}
+    for name, errors, own_covariances in (
+        ("position", xi[:, 3:], covariances[:, 3:, 3:]),
+        ("heading", turned, about),
+        ("pose", xi, covariances),
+    ):
+        per_number, of_steps = nees(errors, own_covariances), surprise(errors, own_covariances)
+        found |= {f"nees_{name}_end": per_number[-1], f"nees_{name}": per_number.mean()}
+        found |= {f"{name}_surprise_end": of_steps[-1], f"{name}_surprise": of_steps.mean()}
+        found |= inside(name, per_number, errors.shape[1])
 
     if "object_center_covariance" in answer:
         own_from_true = own[0] @ np.linalg.inv(true[0])
         objects = own_from_true @ truth["world_from_object"]
         placed = ~np.isnan(answer["object_center"][:, 0])
-        off = objects[placed, :3, 3] - answer["object_center"][placed]
-        found["nees_object_center"] = np.mean(nees(off, answer["object_center_covariance"][placed]))
-        yaws = []
+        off, of_centers = objects[placed, :3, 3] - answer["object_center"][placed], answer["object_center_covariance"][placed]
+        found["nees_object_center"] = np.mean(nees(off, of_centers))
+        found["object_center_surprise"] = np.mean(surprise(off, of_centers))
+        found |= inside("object_center", nees(off, of_centers), 3)
+        yaws, variances = [], []
         for i in np.flatnonzero(placed & (truth["object_symmetry"] == 1)):
             if "object_rotation" not in answer or np.isnan(answer["object_rotation"][i, 0, 0]):
                 continue
@@ -124,9 +131,13 @@ def consistency(truth, answer):
             axis = turn.T @ own_from_true[:3, :3] @ UP
             variance = axis @ answer["object_rotation_covariance"][i] @ axis
             if variance < np.pi**2 / 3:
-                yaws.append((axis @ rotation_vector(turn.T @ objects[i, :3, :3])) ** 2 / variance)
+                yaws.append([axis @ rotation_vector(turn.T @ objects[i, :3, :3])])
+                variances.append([[variance]])
         if yaws:
-            found["nees_object_yaw"] = np.mean(yaws)
+            yaws, variances = np.array(yaws), np.array(variances)
+            found["nees_object_yaw"] = np.mean(nees(yaws, variances))
+            found["object_yaw_surprise"] = np.mean(surprise(yaws, variances))
+            found |= inside("object_yaw", nees(yaws, variances), 1)
     return found
 
 
@@ -272,7 +283,7 @@ def main():
         return dict(np.load(path)) if path.exists() else None
 
     comparison, alike = Comparison(), defaultdict(list)
-    for name, scores in (("trajectory", trajectory), ("consistency", consistency)):
+    for name, scores in (("trajectory", trajectory), ("consistency", consistency), ("coverage", consistency)):
         for run in tables.get(name, {"runs": []})["runs"]:
             truth, answer = load(f"{run['seed']}/truth.npz"), load(f"{run['seed']}/{run['method']}.npz")
             if truth is not None and answer is not None:

@@ -79,11 +79,21 @@ impl Off {
 }
 
 /// `[left | right]`.
-fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let mut whole = DMatrix::zeros(left.nrows(), left.ncols() + right.ncols());
     whole.columns_mut(0, left.ncols()).copy_from(left);
     whole.columns_mut(left.ncols(), right.ncols()).copy_from(right);
     whole
+}
+
+/// What a view tells of a latent, and of so many numbers more nothing.
+pub(crate) fn with_unknown(latent: LatentGaussian, more: usize) -> LatentGaussian {
+    let LatentGaussian { mean, variance } = latent;
+    let dim = mean.len() + more;
+    LatentGaussian {
+        mean: mean.resize_vertically(dim, 0.0),
+        variance: variance.resize_vertically(dim, UNKNOWN),
+    }
 }
 
 impl<M: ObservationModel + ?Sized> ObservationModel for Discrepant<'_, M> {
@@ -101,12 +111,7 @@ impl<M: ObservationModel + ?Sized> ObservationModel for Discrepant<'_, M> {
 
     /// Of the discrepancy a single view tells nothing.
     fn encode(&self, crop: &Crop, viewpoint: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
-        let LatentGaussian { mean, variance } = self.model.encode(crop, viewpoint)?;
-        let dim = mean.len() + FEATURES;
-        Ok(LatentGaussian {
-            mean: mean.resize_vertically(dim, 0.0),
-            variance: variance.resize_vertically(dim, UNKNOWN),
-        })
+        Ok(with_unknown(self.model.encode(crop, viewpoint)?, FEATURES))
     }
 
     fn predict(&self, latent: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {

@@ -16,6 +16,7 @@
 //! | U, Z^g, Z^s as factors | [`problem`], [`odometry_bias`], [`sighting`], [`bearing_offset`], [`semantics`] |
 //! | P(z \| ...): whitened residuals and kernels | [`noise`], [`factor`] |
 //! | what a model gets wrong of an object | [`discrepancy`] |
+//! | which views are predicted from which (Eq. 15) | [`pairing`], [`noisy_first`] |
 //! | what an episode differs in from training, learnt beside it (Eq. 25-26) | [`domain`] |
 //! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
 //! | what a run teaches of the model | [`domain`], [`Refitted`], [`Checked`] |
@@ -58,9 +59,11 @@ pub mod lesson;
 pub mod linear;
 pub mod mapping;
 pub mod noise;
+pub mod noisy_first;
 pub mod odometry_bias;
 pub mod online;
 pub mod orientation;
+pub mod pairing;
 mod plausible;
 pub mod posterior;
 pub mod problem;
@@ -87,6 +90,7 @@ pub use estimator::{
 pub use input::EstimateError;
 pub use lesson::Lesson;
 pub use online::{Online, StepObservations};
+pub use pairing::Pairing;
 pub use settings::{
     AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,
     SemanticSettings, Settings, SolverSettings,

@@ -18,7 +18,7 @@ use vantage_eval::scene_file::map::MapFile;
 use vantage_eval::scene_file::row_name::is_learned;
 use vantage_eval::scene_file::study::StudyFile;
 use vantage_eval::scene_file::{self, SceneFile};
-use vantage_eval::score::consistency::{COLUMNS, CONSISTENCY};
+use vantage_eval::score::consistency::{COLUMNS, CONSISTENCY, COVERAGE, INSIDE};
 use vantage_eval::score::online::{self, ONLINE};
 use vantage_eval::score::semantics::{self, SEMANTICS};
 use vantage_eval::score::trajectory_scores::TRAJECTORIES;
@@ -79,7 +79,9 @@ fn results_have_all_scores_that_a_run_has_today() {
             assert_eq!(metrics, expected, "{name}, {}: make its results again", table.name);
         }
         let drives = results.table(TRAJECTORIES).is_some();
-        for (table, columns) in [(CONSISTENCY, &COLUMNS[..]), (SEMANTICS, &semantics::COLUMNS[..])] {
+        for (table, columns) in
+            [(CONSISTENCY, &COLUMNS[..]), (COVERAGE, &INSIDE), (SEMANTICS, &semantics::COLUMNS)]
+        {
             let metrics = results.table(table).map(|stored| stored.metrics());
             assert_eq!(metrics, drives.then_some(columns), "{name}, {table}: make its results again");
         }

@@ -9,7 +9,7 @@ use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
 use crate::scene_file::row::Row;
 use crate::score::azimuth::{SeenSide, azimuth_error};
-use crate::score::consistency::{self, CONSISTENCY, ObjectGaussian};
+use crate::score::consistency::{self, CONSISTENCY, COVERAGE, ObjectGaussian};
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
 use crate::score::extents::{Ellipsoid, extents_error};
@@ -25,7 +25,7 @@ use vantage_learn::Kind;
 
 /// The tables, and what they are of.
 pub struct Tables {
-    /// `trajectory`, `consistency` and, where a row has latents or classes, `semantics` where there are episodes; and those of unseen instances where there are
+    /// `trajectory`, `consistency`, `coverage` and, where a row has latents or classes, `semantics` where there are episodes; and those of unseen instances where there are
     /// any.
     pub tables: Vec<Table>,
     /// Detections of objects in all episodes.
@@ -91,7 +91,14 @@ pub fn tables(
     let mut tables = Vec::new();
     if !episodes.is_empty() {
         tables.push(Table::new(TRAJECTORIES, &names, reference.as_deref(), &columns, seeds, runs)?);
-        tables.push(Table::new(CONSISTENCY, &own, None, &consistency::COLUMNS, seeds, consistent)?);
+        for (name, columns) in [(CONSISTENCY, &consistency::COLUMNS[..]), (COVERAGE, &consistency::INSIDE)] {
+            let of_columns = |run: &Run| {
+                let scores = run.scores.iter().filter(|(metric, _)| columns.contains(metric));
+                Run { scores: scores.map(|(&metric, &score)| (metric, score)).collect(), ..run.clone() }
+            };
+            let runs = consistent.iter().map(of_columns).collect();
+            tables.push(Table::new(name, &own, None, columns, seeds, runs)?);
+        }
         tables.extend(beliefs::table(&own, seeds, left)?);
     }
     let unseen: Vec<(&str, &[Unseen])> =

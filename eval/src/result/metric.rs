@@ -132,6 +132,12 @@ metrics! {
     NeesObjectCenter => "Object centre NEES", "nees_object_center", Ratio, Near(1.0);
     /// Of the yaw of asymmetric objects, mean over them.
     NeesObjectYaw => "Object yaw NEES", "nees_object_yaw", Ratio, Near(1.0);
+    /// Share of steps with the robot's pose inside its region of 50%.
+    PoseInside50 => "Pose in 50%", "pose_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    PoseInside80 => "Pose in 80%", "pose_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    PoseInside95 => "Pose in 95%", "pose_inside_95", Ratio, Near(0.95);
     /// Share of steps with the robot's position inside its region of 50%.
     PositionInside50 => "Position in 50%", "position_inside_50", Ratio, Near(0.5);
     /// Inside that of 80%.
@@ -144,8 +150,34 @@ metrics! {
     HeadingInside80 => "Heading in 80%", "heading_inside_80", Ratio, Near(0.8);
     /// Inside that of 95%.
     HeadingInside95 => "Heading in 95%", "heading_inside_95", Ratio, Near(0.95);
+    /// Share of objects with their centre inside its region of 50%: [`crate::score::consistency::object_scores`].
+    ObjectCenterInside50 => "Object centre in 50%", "object_center_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    ObjectCenterInside80 => "Object centre in 80%", "object_center_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    ObjectCenterInside95 => "Object centre in 95%", "object_center_inside_95", Ratio, Near(0.95);
+    /// Share of asymmetric objects with their yaw inside its interval of 50%.
+    ObjectYawInside50 => "Object yaw in 50%", "object_yaw_inside_50", Ratio, Near(0.5);
+    /// Inside that of 80%.
+    ObjectYawInside80 => "Object yaw in 80%", "object_yaw_inside_80", Ratio, Near(0.8);
+    /// Inside that of 95%.
+    ObjectYawInside95 => "Object yaw in 95%", "object_yaw_inside_95", Ratio, Near(0.95);
     /// Negative log-likelihood of the robot's last true position.
-    PositionSurprise => "-log p(position), end", "position_surprise_end_nat", Nat, Lower;
+    PositionSurpriseEnd => "-log p(position), end", "position_surprise_end_nat", Nat, Lower;
+    /// Of its last heading.
+    HeadingSurpriseEnd => "-log p(heading), end", "heading_surprise_end_nat", Nat, Lower;
+    /// Of its last pose.
+    PoseSurpriseEnd => "-log p(pose), end", "pose_surprise_end_nat", Nat, Lower;
+    /// Of its position, mean over all steps after the first.
+    PositionSurprise => "-log p(position)", "position_surprise_nat", Nat, Lower;
+    /// Of its heading, likewise.
+    HeadingSurprise => "-log p(heading)", "heading_surprise_nat", Nat, Lower;
+    /// Of its pose, likewise.
+    PoseSurprise => "-log p(pose)", "pose_surprise_nat", Nat, Lower;
+    /// Of the true centres of objects, mean over them.
+    ObjectCenterSurprise => "-log p(object centre)", "object_center_surprise_nat", Nat, Lower;
+    /// Of the true yaws of asymmetric objects, mean over them.
+    ObjectYawSurprise => "-log p(object yaw)", "object_yaw_surprise_nat", Nat, Lower;
     /// How much more probable a drive's crops were before it, by what the drives before taught, than by the model as it was trained, a crop.
     PrequentialGain => "Prequential gain", "prequential_gain_nat", Nat, Higher;
     /// Distance of the robot's newest position after each step, root mean square over the steps, first pose aligned:
@@ -299,6 +331,17 @@ impl Metric {
     /// Whether a run's score is the one farthest from its target, on whichever side: in a mean over runs such scores cancel.
     pub fn is_either_extreme(self) -> bool {
         self == Metric::WorstNumberInside95
+    }
+
+    /// Whether it is a normalized estimation error squared: skewed over runs, so that a symmetric interval would mislead.
+    pub fn is_nees(self) -> bool {
+        use Metric::{
+            NeesHeading, NeesHeadingEnd, NeesNewest, NeesObjectCenter, NeesObjectYaw, NeesPose, NeesPoseEnd,
+            NeesPosition, NeesPositionEnd,
+        };
+        let of_robot =
+            [NeesPosition, NeesPositionEnd, NeesHeading, NeesHeadingEnd, NeesPose, NeesPoseEnd, NeesNewest];
+        of_robot.contains(&self) || [NeesObjectCenter, NeesObjectYaw].contains(&self)
     }
 
     /// Whether it is of one view of each instance, where others are of all views.

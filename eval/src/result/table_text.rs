@@ -1,5 +1,6 @@
 //! Tables as text, with all their scores.
 
+use super::bootstrap::bca_interval;
 use super::grid::{Style, UNDEFINED, draw_in_parts};
 use crate::result::metric::Metric;
 use crate::result::run::Outcome;
@@ -103,13 +104,17 @@ pub(super) fn runs_text(table: &Table, method: &str) -> String {
     if notes.is_empty() { runs.len().to_string() } else { format!("{} ({})", runs.len(), notes.join(", ")) }
 }
 
-/// The mean; or, of a score whose mean says nothing, `0.906 to 0.982`.
+/// The mean, of a NEES with its BCa interval, `1.042 [0.951, 1.203]`; or, of a score whose mean says nothing, `0.906 to 0.982`.
 fn score_text(table: &Table, cell: &Summary) -> String {
+    let runs = table.runs_of(&cell.method);
+    let scores: Vec<f64> = runs.iter().filter_map(|run| run.scores.get(&cell.metric).copied()).collect();
+    if let (true, Some(mean), Some((low, high))) = (cell.metric.is_nees(), cell.mean, bca_interval(&scores)) {
+        let [mean, low, high] = [mean.mean, low, high].map(|value| cell.metric.display(value));
+        return format!("{mean} [{low}, {high}]{}", defined_on(scores.len(), cell.runs));
+    }
     if !cell.metric.is_either_extreme() {
         return mean_text(cell.metric, cell.mean, cell.runs);
     }
-    let runs = table.runs_of(&cell.method).iter().filter_map(|run| run.scores.get(&cell.metric).copied());
-    let scores: Vec<f64> = runs.collect();
     let end = |pick: fn(f64, f64) -> f64| scores.iter().copied().reduce(pick);
     let (Some(low), Some(high)) = (end(f64::min), end(f64::max)) else { return UNDEFINED.to_owned() };
     let (low, high) = (cell.metric.display(low), cell.metric.display(high));
@@ -186,6 +191,21 @@ mod tests {
             [cell("known", 0), cell("mine", 0), cell("mine", 1)],
             ["0.920 to 0.980", "0.920 (n=1)", "-"]
         );
+    }
+
+    #[test]
+    fn squared_errors_have_intervals_that_follow_their_skew() {
+        let of = |(seed, nees): (u64, f64)| run("mine", seed, &[(Metric::NeesPose, nees)]);
+        let runs = (0..).zip([0.9, 1.0, 1.1, 1.0, 6.0]).map(of).collect();
+        let seeds = [0, 1, 2, 3, 4].map(Seed);
+        let table = Table::new("consistency", &["mine"], None, &[Metric::NeesPose], &seeds, runs).unwrap();
+        let text = tables(&table, Style::Markdown);
+        let cell = text.lines().last().unwrap().split('|').nth(3).unwrap().trim().to_owned();
+        let (mean, bounds) = cell.split_once(" [").unwrap();
+        let bounds: Vec<f64> =
+            bounds.trim_end_matches(']').split(", ").map(|bound| bound.parse().unwrap()).collect();
+        assert_eq!(mean, "2.000");
+        assert!(bounds[0] > 0.9 && bounds[1] - 2.0 > 2.0 - bounds[0], "{cell}");
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub fn online_scores(truth: &[Pose], driven: &Driven<'_>) -> Result<Scores, Pair
     let apart = Pairs::by_step(driven.whole, driven.at_end)?;
     let settled = Pairs::by_step(driven.whole, driven.settled)?;
     let consistency = driven.covariances.and_then(|covariances| pose_consistency(&newest, covariances));
-    let nees = consistency.map(|found| found.pose.iter().sum::<f64>() / found.pose.len() as f64);
+    let nees = consistency.and_then(|found| found.pose.mean_nees());
     let values = [
         (Metric::NewestPosition, ate(&newest)),
         (Metric::NewestHeading, heading_error(&newest)),

@@ -4,10 +4,12 @@ use super::{Estimator, Geometric};
 use crate::discrepancy::Discrepant;
 use crate::estimate::Estimate;
 use crate::factor::semantic::SemanticScaling;
-use crate::factor::{Factor, PairFactor, StandardNormalPrior};
+use crate::factor::{Factor, LinearFactor, PairFactor, StandardNormalPrior};
 use crate::graph::Graph;
 use crate::input::{EstimateError, check_model, check_settings};
+use crate::noisy_first::NoisyFirst;
 use crate::orientation::{REFINEMENT, encode, spread};
+use crate::pairing::Pairing;
 use crate::posterior::{Posterior, Seen};
 use crate::semantics::{SemanticObject, SemanticView, Semantics};
 use crate::settings::{OrientationSettings, SemanticSettings, Settings};
@@ -17,23 +19,29 @@ use std::collections::BTreeMap;
 use vantage_dataset::Observations;
 use vantage_model::{AnswerError, PairModel};
 
-/// The geometric estimator's factors and, of each object, `P(z | e, x_rel)` of first views and `P(z' | z, e, Delta X)` of Eq. 15 of
-/// the others.
+/// The geometric estimator's factors and, of each object, `P(z' | z, e, Delta X)` of Eq. 15 of views that are given another one, and
+/// `P(z | e, x_rel)` of the rest.
 ///
 /// An object is its centre alone: the latent has the world's axes, whose yaw no prior tells from the object's.
 #[derive(Clone, Copy)]
 pub struct ViewpointPairs<'m> {
     model: &'m dyn PairModel,
+    pairing: Pairing,
     geometric: Geometric,
     semantics: SemanticSettings,
     orientation: OrientationSettings,
 }
 
 impl<'m> ViewpointPairs<'m> {
-    /// An estimator that reads crops by `model`.
+    /// An estimator that reads crops by `model`, each given the first one of its object.
     pub fn new(settings: &Settings, model: &'m dyn PairModel) -> Self {
         let Settings { semantics, orientation, .. } = *settings;
-        Self { model, geometric: Geometric::new(settings), semantics, orientation }
+        Self { model, pairing: Pairing::Star, geometric: Geometric::new(settings), semantics, orientation }
+    }
+
+    /// The same by another pairing.
+    pub fn paired(self, pairing: Pairing) -> Self {
+        Self { pairing, ..self }
     }
 }
 
@@ -49,11 +57,17 @@ impl Estimator for ViewpointPairs<'_> {
         }
         let discrepant = self.semantics.azimuth_discrepancy.map(|of| Discrepant::new(self.model, &of));
         let model: &dyn PairModel = discrepant.as_ref().map_or(self.model, |model| model);
+        let noisy = match self.pairing {
+            Pairing::NoisyStar(share) => Some(NoisyFirst::new(model, share)?),
+            _ => None,
+        };
+        let model: &dyn PairModel = noisy.as_ref().map_or(model, |model| model);
         let mut posterior = self.geometric.posterior(observations)?;
         let problem = self.geometric.problem(observations);
         let pairs = Pairs {
             semantics: Semantics { problem, model, settings: self.semantics, domain: None },
             model,
+            pairing: self.pairing,
             orientation: self.orientation,
         };
         let added = pairs.add(&mut posterior)?;
@@ -78,6 +92,7 @@ impl Estimator for ViewpointPairs<'_> {
 struct Pairs<'a, 'm> {
     semantics: Semantics<'a, 'm>,
     model: &'m dyn PairModel,
+    pairing: Pairing,
     orientation: OrientationSettings,
 }
 
@@ -115,28 +130,30 @@ impl<'m> Pairs<'_, 'm> {
 
     /// The views whose factors are defined at `values`.
     fn defined(&self, object: &SemanticObject, values: &Values) -> Vec<SemanticView> {
-        let mut defined: Vec<SemanticView> = Vec::new();
-        for view in &object.views {
-            let near = match defined.first() {
-                None => self.semantics.factor(object, view).linearize(values),
-                Some(first) => self.factor(object, [first, view]).linearize(values),
+        let mut views = object.views.clone();
+        let is_undefined = |views: &[SemanticView], index| {
+            let near: Option<LinearFactor> = match self.pairing.given(index, views.len()) {
+                None => self.semantics.factor(object, &views[index]).linearize(values),
+                Some(given) => self.factor(object, [&views[given], &views[index]]).linearize(values),
             };
-            if near.is_some() {
-                defined.push(view.clone());
-            }
+            near.is_none()
+        };
+        while let Some(undefined) = (0..views.len()).find(|&index| is_undefined(&views, index)) {
+            views.remove(undefined);
         }
-        defined
+        views
     }
 
-    /// P(e_i), P(z | e_i, x_rel) of the first view, and P(z' | z, e_i, Delta X) of each other one.
+    /// P(e_i), and of each view P(z' | z, e_i, Delta X) where it is given another one, or else P(z | e_i, x_rel).
     ///
-    /// Given the first view and the latent, the others are independent: what is noise of the first one counts once.
+    /// Of a star the others are independent, given the first view and the latent: what is noise of the first one counts once.
     fn add_factors(&self, graph: &mut Graph<'m>, object: &SemanticObject) {
-        let [first, others @ ..] = &object.views[..] else { return };
         graph.push(StandardNormalPrior::new(Key::Latent(object.track)));
-        graph.push(self.semantics.factor(object, first));
-        for second in others {
-            graph.push(self.factor(object, [first, second]));
+        for (index, view) in object.views.iter().enumerate() {
+            match self.pairing.given(index, object.views.len()) {
+                None => graph.push(self.semantics.factor(object, view)),
+                Some(given) => graph.push(self.factor(object, [&object.views[given], view])),
+            }
         }
     }
 

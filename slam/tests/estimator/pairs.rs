@@ -8,13 +8,14 @@ use crate::steerable::Steerable;
 use crate::world::{World, WorldSpec, matching_settings};
 use approx::assert_relative_eq;
 use nalgebra::{DVector, Point3, Vector3};
-use vantage_dataset::{Pose, Seed, Stream, Tangent, se3};
-use vantage_model::{MeasurementNoise, ObservationModel, PairModel};
+use vantage_dataset::{Pose, Seed, Stream, Tangent, Viewpoint, se3};
+use vantage_model::{FirstView, MeasurementNoise, ObservationModel, PairModel};
 use vantage_slam::factor::semantic::SemanticScaling;
 use vantage_slam::factor::{PairFactor, SemanticFactor, StandardNormalPrior, UprightFactor};
 use vantage_slam::graph::Graph;
+use vantage_slam::noisy_first::NoisyFirst;
 use vantage_slam::variable::{Value, Values};
-use vantage_slam::{Estimate, Estimator, Geometric, Key, Outcome, Semantic, ViewpointPairs};
+use vantage_slam::{Estimate, Estimator, Geometric, Key, Outcome, Pairing, Semantic, ViewpointPairs};
 
 const SIZE: f64 = 0.4;
 const SCALING: SemanticScaling = SemanticScaling { noise: 1.0, information: 1.0 };
@@ -99,6 +100,44 @@ fn a_pair_of_views_tells_what_two_single_ones_do_without_their_latent() {
         }
     }
     assert!(furthest > 1.0, "the poses should be far from the best");
+}
+
+#[test]
+fn a_first_view_with_noise_of_its_own_has_all_of_it_alone_and_its_pairs_the_derivatives_of_differences() {
+    let pairs = Steerable::of_pairs(Seed(1));
+    let noisy = NoisyFirst::new(&pairs, 0.4).unwrap();
+    let mut stream = Seed(2).stream("noisy", 0);
+    let mount = Pose::identity();
+    let mut values = two_views(&mount, &mut stream);
+    let first = DVector::from_fn(4, |_, _| stream.normal());
+    let keys = [Key::Robot(0), Key::Object(0), Key::Latent(0)];
+    let mut evidence = |model: &dyn PairModel| {
+        let mut alone = Graph::default();
+        alone.push(StandardNormalPrior::new(Key::Latent(0)));
+        alone.push(SemanticFactor::new(keys, model, first.clone(), mount, SIZE, SCALING));
+        values.insert(Key::Latent(0), Value::Vector(DVector::zeros(model.latent_dim())));
+        let (cost, _, information) = without_latent(&alone, &values);
+        cost + information / 2.0 - log_determinant(model.noise())
+    };
+    assert_relative_eq!(evidence(&noisy), evidence(&pairs), max_relative = 1e-9);
+
+    let viewpoints = [0, 1].map(|step| {
+        let center = values.get(Key::Object(0)).unwrap().position().unwrap();
+        let world_from_object = Pose::from_parts(center.into(), Default::default());
+        Viewpoint::new(&world_from_object.inv_mul(values.pose(Key::Robot(step)).unwrap()), SIZE).unwrap()
+    });
+    let given = FirstView { measurement: &first, viewpoint: &viewpoints[0] };
+    let latent = DVector::from_fn(noisy.latent_dim(), |_, _| stream.normal());
+    let near = noisy.linearize_pair(&latent, given, &viewpoints[1]).unwrap();
+    for column in 0..latent.len() {
+        let by = |step: f64| {
+            let mut moved = latent.clone();
+            moved[column] += step;
+            noisy.predict_pair(&moved, given, &viewpoints[1]).unwrap()
+        };
+        let differences = (by(1e-5) - by(-1e-5)) / 2e-5;
+        assert_relative_eq!(near.d_latent.column(column).into_owned(), differences, epsilon = 1e-8);
+    }
 }
 
 /// A world whose crops are those of [`Steerable`] objects.
@@ -189,6 +228,25 @@ fn crops_without_finite_numbers_are_dropped_and_without_any_left_it_is_geometric
     let geometric = Geometric::new(&settings).estimate(&world.observations).unwrap();
     assert_eq!(none.world_from_robot, geometric.world_from_robot);
     assert!(none.objects.iter().flatten().all(|object| object.latent.is_none()));
+}
+
+#[test]
+fn no_share_of_noise_is_a_star_and_all_of_it_is_refused() {
+    let pairs = Steerable::of_pairs(Seed(1));
+    let settings = matching_settings(&WorldSpec::sparse_loop());
+    let world = world(Seed(3));
+    let by = |pairing| ViewpointPairs::new(&settings, &pairs).paired(pairing).estimate(&world.observations);
+    let (star, none) = (by(Pairing::Star).unwrap(), by(Pairing::NoisyStar(0.0)).unwrap());
+    let apart = star.world_from_robot.iter().zip(&none.world_from_robot);
+    assert!(apart.into_iter().all(|(a, b)| se3::log(&a.inv_mul(b)).norm() < 1e-6));
+    for of in [1.0, 2.0, -0.1, f64::NAN] {
+        assert!(by(Pairing::NoisyStar(of)).is_err(), "{of}");
+    }
+    for pairing in [Pairing::NoisyStar(0.5), Pairing::Chain, Pairing::Neighbours, Pairing::Halves] {
+        let estimate = by(pairing).unwrap();
+        assert_eq!(estimate.outcome, Outcome::Converged, "{pairing:?}");
+        assert!(estimate.world_from_robot != star.world_from_robot, "{pairing:?}");
+    }
 }
 
 #[test]

@@ -8,31 +8,36 @@ use crate::result::results_file::Results;
 use crate::result::table::Table;
 use crate::scene_file::row::Row;
 use crate::scene_file::row_name::is_learned;
-use crate::score::consistency::CONSISTENCY;
+use crate::score::consistency::{CONSISTENCY, COVERAGE};
 
 /// Name of the page.
 pub const CONSISTENCIES: &str = "consistency.md";
 
 /// Scores, and what each should be.
-const SCORES: [(Metric, f64); 6] = [
+const SCORES: [(Metric, f64); 10] = [
     (Metric::NeesPose, 1.0),
     (Metric::NeesPoseEnd, 1.0),
     (Metric::NeesHeading, 1.0),
-    (Metric::PositionInside95, 0.95),
     (Metric::NeesObjectCenter, 1.0),
     (Metric::NeesObjectYaw, 1.0),
+    (Metric::PositionInside95, 0.95),
+    (Metric::HeadingInside95, 0.95),
+    (Metric::PoseInside95, 0.95),
+    (Metric::ObjectCenterInside95, 0.95),
+    (Metric::ObjectYawInside95, 0.95),
 ];
 
 /// A page of all scenes that have trajectories, Markdown, with links from the folder of results; none where there are none.
 pub fn consistencies(scenes: &[Results]) -> Option<String> {
-    let tables: Vec<(&str, &Table)> =
-        scenes.iter().filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?))).collect();
+    let tables: Vec<(&str, &Table, Option<&Table>)> = (scenes.iter())
+        .filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?, of.table(COVERAGE))))
+        .collect();
     if tables.is_empty() {
         return None;
     }
     let mut rows = String::new();
     let (mut cells, mut bold) = (0, 0);
-    for (scene, table) in &tables {
+    for (scene, table, coverage) in &tables {
         let is_shown = |row: &&String| {
             [Row::Odometry, Row::Geometric].iter().any(|of| of.to_string() == **row) || is_learned(row)
         };
@@ -40,7 +45,8 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
             let seeds = table.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
             rows += &format!("| [{scene}](scenes/{scene}/{TABLES}) | `{row}` | {seeds} |");
             for (metric, wanted) in SCORES {
-                let Some(mean) = table.cell(row, metric).mean else {
+                let table = if metric.is_nees() { Some(table) } else { coverage.as_ref() };
+                let Some((table, mean)) = table.and_then(|of| Some((of, of.cell(row, metric).mean?))) else {
                     rows += &format!(" {UNDEFINED} |");
                     continue;
                 };
@@ -48,8 +54,7 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
                 let is_off = interval.is_some_and(|(low, high)| wanted < low || wanted > high);
                 cells += 1;
                 bold += usize::from(is_off);
-                let is_nees = metric != Metric::PositionInside95;
-                let spread = if is_nees { spread(table, row, metric) } else { String::new() };
+                let spread = if metric.is_nees() { spread(table, row, metric) } else { String::new() };
                 rows += &format!(" {} |", cell(mean.mean, interval, is_off) + &spread);
             }
             rows += "\n";
@@ -59,7 +64,7 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
         "# What is promised, and what is kept\n\nMade by `bench index`, from the files beside it. \
                     What columns are: `docs/scores.md`.\n\n\
                     Means over seeds with 95% BCa intervals; of a NEES in brackets the median and the most of a seed.\n\
-                    A NEES above 1 promises too much, one below too little. Of positions 0.95 is meant.\n\n\
+                    A NEES above 1 promises too much, one below too little. Of what lies in 95% regions 0.95 is meant.\n\n\
                     Bold: the interval excludes what is meant. {bold} of {cells} cells are; about {} would be, were all honest and intervals exact.\n\
                     Of 10 to 20 seeds they are too narrow, and one seed that is far off may make a cell bold: look at the brackets.\n\n\
                     | scene | row | seeds |",
@@ -98,20 +103,28 @@ mod tests {
         }
         let seeds = [Seed(0), Seed(1), Seed(2)];
         let table = Table::new(CONSISTENCY, &methods, None, &columns, &seeds, runs).unwrap();
-        let page = consistencies(&[Results::new("one", "abc", vec![table])]).unwrap();
+        let inside = (0..).zip([0.98, 0.99, 1.0]);
+        let inside = inside
+            .map(|(seed, share)| run("geometric", seed, &[(Metric::PositionInside95, share)]))
+            .collect();
+        let columns = [Metric::PositionInside95];
+        let coverage = Table::new(COVERAGE, &["geometric"], None, &columns, &seeds, inside).unwrap();
+        let page = consistencies(&[Results::new("one", "abc", vec![table, coverage])]).unwrap();
         let lines: Vec<&str> = page.lines().filter(|line| line.starts_with("| [one]")).collect();
         let link = "| [one](scenes/one/tables.md)";
         assert_eq!(
             lines,
             [
-                format!("{link} | `geometric` | 3 | 1.000 [0.900, 1.100] (1.0, 1.1) | - | - | - | - | - |"),
                 format!(
-                    "{link} | `viewpoint_dependent` | 3 | **3.000 [2.900, 3.100]** (3.0, 3.1) | - | - | - | - | 14.000 [1.000, 40.000] (1.0, 40.0) |"
+                    "{link} | `geometric` | 3 | 1.000 [0.900, 1.100] (1.0, 1.1) | - | - | - | - | **0.990 [0.980, 1.000]** | - | - | - | - |"
+                ),
+                format!(
+                    "{link} | `viewpoint_dependent` | 3 | **3.000 [2.900, 3.100]** (3.0, 3.1) | - | - | - | 14.000 [1.000, 40.000] (1.0, 40.0) | - | - | - | - | - |"
                 ),
             ]
         );
         assert!(
-            page.contains("Bold: the interval excludes what is meant. 1 of 3 cells are; about 0 would be,")
+            page.contains("Bold: the interval excludes what is meant. 2 of 4 cells are; about 0 would be,")
         );
     }
 }

@@ -1,6 +1,7 @@
 //! What scenes say of estimates after every step, side by side.
 
-use super::{UNDEFINED, metres, spread, with_interval};
+use super::{UNDEFINED, metres, scores, spread, with_interval};
+use crate::result::bootstrap::bca_interval;
 use crate::result::metric::Metric;
 use crate::result::report::TABLES;
 use crate::result::results_file::Results;
@@ -23,7 +24,7 @@ pub fn onlines(scenes: &[Results]) -> Option<String> {
     }
     let mut page = "# After every step\n\nMade by `bench index`, from the files beside it. \
                     What columns are: `docs/scores.md`.\n\n\
-                    Means over seeds with 95% intervals, and the most that the settled poses of a seed are apart from those of its whole episode.\n\
+                    Means over seeds with 95% intervals, of a NEES by BCa, and the most that the settled poses of a seed are apart from those of its whole episode.\n\
                     In brackets the median and the most of a seed.\n\n\
                     | scene | row | seeds |"
         .to_owned();
@@ -37,9 +38,14 @@ pub fn onlines(scenes: &[Results]) -> Option<String> {
             let seeds = runs.iter().filter(|run| run.failure().is_none()).count();
             page += &format!("| [{scene}](scenes/{scene}/{TABLES}) | `{row}` | {seeds} |");
             let mean = |metric: &Metric| {
-                let mean = table.cell(row, *metric).mean;
-                let mean = mean.map_or_else(|| UNDEFINED.to_owned(), |mean| with_interval(&mean));
-                if *metric == Metric::NeesNewest { mean + &spread(table, row, *metric) } else { mean }
+                let Some(mean) = table.cell(row, *metric).mean else { return UNDEFINED.to_owned() };
+                match bca_interval(&scores(table, row, *metric)).filter(|_| metric.is_nees()) {
+                    Some((low, high)) => {
+                        let interval = format!(" [{}, {}]", metres(low), metres(high));
+                        metres(mean.mean) + &interval + &spread(table, row, *metric)
+                    }
+                    None => with_interval(&mean),
+                }
             };
             page.extend(SCORES.iter().map(|metric| format!(" {} |", mean(metric))));
             page += &format!(" {} |\n", metres(most));

@@ -180,7 +180,7 @@ fn without_twin<T>(rows: &mut Vec<(&str, T)>, alike: impl Fn(&T, &T) -> bool) {
 fn pose_nees(truth: &Truth, answer: &Answer) -> Result<Option<Vec<f64>>, BenchError> {
     let Some(covariances) = answer.pose_covariances.as_deref() else { return Ok(None) };
     let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
-    Ok(pose_consistency(&pairs, covariances).map(|found| found.pose))
+    Ok(pose_consistency(&pairs, covariances).map(|found| found.pose.nees))
 }
 
 fn alike(a: &[Pose], b: &[Pose]) -> bool {

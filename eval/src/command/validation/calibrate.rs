@@ -8,13 +8,17 @@
 //! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they
 //! promise.
 //!
-//! Then how much more probable validation crops at their true viewpoints are where the model's azimuths are off; and, with that, where noise is
+//! Then how much more probable validation crops at their true viewpoints are where the model's azimuths are off; that with the covariance of the
+//! object's harmonics fitted by expectation maximization, alone and beside one of each visit to it; and, with it, where noise is
 //! multiplied by one factor for all objects, or by one of each object's own.
 //!
 //! Then how much a crop is worth once its neighbours have been counted, by `estimator.semantic_information_scale`, and by a discrepancy of the azimuth in
 //! its place, without the objects that the model does not know by an `estimator.unknown_margin`. Likewise of the rows beside a model's that the scene
 //! names: `gaussian_process`, whose hyper-parameters of most marginal likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last
 //! with the discrepancy, too.
+//!
+//! `viewpoint_pairs`, which a viewpoint-predictive model alone allows, by all pairings: how much more probable crops at their true viewpoints are
+//! than by the latent alone, and a row of each.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
@@ -23,6 +27,7 @@ use super::boxes::Boxes;
 use super::hyperparameters::hyperparameters;
 use super::likeness::likeness_rows;
 use super::offset_fit::OffsetFit;
+use super::told_evidence::{fitted_discrepancy, print_pairings};
 use super::{Trial, columns, estimated, evidence, open, print, trials};
 use crate::command::cli::CalibrateArgs;
 use crate::command::error::BenchError;
@@ -37,8 +42,8 @@ use nalgebra::Point3;
 use std::io::Write;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::{
-    AzimuthDiscrepancy, Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate,
-    OdometryOnly, Semantic, SemanticSettings, Settings,
+    Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate, OdometryOnly, Semantic,
+    SemanticSettings, Settings, ViewpointPairs,
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
@@ -115,41 +120,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         SemanticSettings { information_scale: 1.0, minimum_view_separation: 0.0, ..settings.semantics };
     rows.push(row("1, every view", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
     let objects = evidence::TrueViews::of(&trials, loaded.viewing());
-    let gains = evidence::Gains::of(&objects, loaded.viewing()).unwrap_or_default();
-    if let Some((fitted, gain)) = evidence::Gains::most(&gains) {
-        writeln!(
-            stdout,
-            "azimuths that are off: nats a view above none, each view by itself and smoothly by concentration"
-        )?;
-        let concentrations = evidence::CONCENTRATIONS.map(|concentration| concentration.to_string());
-        let columns: Vec<&str> =
-            ["Off by [deg]", "white"].into_iter().chain(concentrations.iter().map(String::as_str)).collect();
-        let cells = |of: &evidence::Gains| {
-            let gains = std::iter::once(&of.white).chain(&of.smooth).map(|gain| format!("{gain:.3}"));
-            std::iter::once(of.sigma_deg.to_string()).chain(gains).collect()
-        };
-        print(stdout, &columns, gains.iter().map(cells).collect())?;
-        let AzimuthDiscrepancy { sigma, concentration } = fitted;
-        writeln!(
-            stdout,
-            "azimuth off by {:.1} degrees with a concentration of {concentration}: {gain:.3} nats a view more probable than on the spot\n",
-            sigma.to_degrees()
-        )?;
-        if let Some(gains) = evidence::ScaleGains::of(&objects, &Discrepant::new(loaded.viewing(), &fitted)) {
-            let (factor, gain) = gains.common;
-            writeln!(
-                stdout,
-                "with it, noise of all objects times {factor:.2}: {gain:.3} nats a view above none"
-            )?;
-            writeln!(
-                stdout,
-                "times a factor of each object's own about that, by the spread of its logarithm: nats a view above none"
-            )?;
-            let spreads = evidence::SCALE_SPREADS.map(|spread| spread.to_string());
-            let columns: Vec<&str> = spreads.iter().map(String::as_str).collect();
-            print(stdout, &columns, vec![gains.own.iter().map(|gain| format!("{gain:.3}")).collect()])?;
-            writeln!(stdout)?;
-        }
+    if let Some(fitted) = fitted_discrepancy(&objects, loaded.viewing(), stdout)? {
         settings.semantics.azimuth_discrepancy = Some(fitted);
         rows.push(row("1, with a discrepancy", &of(&Semantic::new(&settings, loaded.viewing()))?)?);
         for margin in MARGINS {
@@ -162,9 +133,12 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
             rows.push(row(&name, &answers)?);
         }
         settings.semantics.unknown_margin = None;
-        for &rival in rivals().filter(|row| row.reads_pairs()) {
-            let answers = of(&*rival.estimator(&settings, loaded.reader()))?;
-            rows.push(row(&format!("{rival} 1, with a discrepancy"), &answers)?);
+        if let Some(pairs) = loaded.reader().pairs {
+            print_pairings(&objects, &Discrepant::new(pairs, &fitted), stdout)?;
+            for (name, pairing) in evidence::PAIRINGS {
+                let answers = of(&ViewpointPairs::new(&settings, pairs).paired(pairing))?;
+                rows.push(row(&format!("pairs, {name}"), &answers)?);
+            }
         }
     }
     print(stdout, &head("Scale"), rows)?;

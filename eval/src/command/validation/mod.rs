@@ -9,6 +9,7 @@ mod headroom;
 mod hyperparameters;
 mod likeness;
 mod offset_fit;
+mod told_evidence;
 
 pub use calibrate::calibrate;
 pub use headroom::headroom;

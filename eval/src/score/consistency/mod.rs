@@ -5,19 +5,21 @@
 //! 1 in the mean. Above 1 the estimator promises too much.
 
 mod object;
+mod over_time;
 mod pose;
 
 pub use object::{ObjectGaussian, object_scores};
+pub use over_time::OverTime;
 pub use pose::{PoseConsistency, pose_consistency, pose_scores};
 
 use crate::result::metric::Metric;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::PI;
 
-/// The name of the table of consistency.
+/// The name of the table of NEES and of negative log-likelihoods.
 pub const CONSISTENCY: &str = "consistency";
 /// Its columns.
-pub const COLUMNS: [Metric; 15] = [
+pub const COLUMNS: [Metric; 16] = [
     Metric::NeesPositionEnd,
     Metric::NeesHeadingEnd,
     Metric::NeesPoseEnd,
@@ -26,13 +28,35 @@ pub const COLUMNS: [Metric; 15] = [
     Metric::NeesPose,
     Metric::NeesObjectCenter,
     Metric::NeesObjectYaw,
+    Metric::PositionSurpriseEnd,
+    Metric::HeadingSurpriseEnd,
+    Metric::PoseSurpriseEnd,
+    Metric::PositionSurprise,
+    Metric::HeadingSurprise,
+    Metric::PoseSurprise,
+    Metric::ObjectCenterSurprise,
+    Metric::ObjectYawSurprise,
+];
+
+/// The name of the table of what lies inside the regions that should hold 50, 80 and 95%.
+pub const COVERAGE: &str = "coverage";
+/// Its columns.
+pub const INSIDE: [Metric; 15] = [
     Metric::PositionInside50,
     Metric::PositionInside80,
     Metric::PositionInside95,
     Metric::HeadingInside50,
     Metric::HeadingInside80,
     Metric::HeadingInside95,
-    Metric::PositionSurprise,
+    Metric::PoseInside50,
+    Metric::PoseInside80,
+    Metric::PoseInside95,
+    Metric::ObjectCenterInside50,
+    Metric::ObjectCenterInside80,
+    Metric::ObjectCenterInside95,
+    Metric::ObjectYawInside50,
+    Metric::ObjectYawInside80,
+    Metric::ObjectYawInside95,
 ];
 
 /// Numbers of a pose's error.
@@ -42,6 +66,7 @@ pub const POSE: usize = 6;
 const SINGULAR: f64 = 1e-10;
 
 /// An error against its covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Normalized {
     /// NEES over the error's numbers.
     per_number: f64,
@@ -73,10 +98,6 @@ fn about(axis: &Vector3<f64>, omega: &Vector3<f64>, covariance: &Matrix3<f64>) -
 
 fn variance_about(axis: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
     axis.dot(&(covariance * axis))
-}
-
-fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 #[cfg(test)]

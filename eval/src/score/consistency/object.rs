@@ -2,12 +2,16 @@
 
 use super::super::embedding::Scores;
 use super::super::pairs::Pairs;
-use super::{Normalized, about, mean, variance_about};
+use super::{Normalized, OverTime, about, variance_about};
 use crate::result::metric::Metric;
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 use vantage_dataset::se3::so3_log;
 use vantage_dataset::{ObjectTruth, Symmetry};
+
+/// Numbers of a centre's error, and of a yaw's.
+const CENTER: usize = 3;
+const YAW: usize = 1;
 
 /// Variance of an angle of which nothing is known, radians squared.
 const UNIFORM_ANGLE: f64 = PI * PI / 3.0;
@@ -25,8 +29,8 @@ pub struct ObjectGaussian {
     pub rotation_covariance: Option<Matrix3<f64>>,
 }
 
-/// NEES / dof of the objects' centres and, where they are `oriented` as the truth's, of their rotation about the vertical, each the mean over the
-/// objects of one run; one estimate a true object, `None` of one that is not in the map.
+/// NEES / dof, negative log-likelihoods and shares inside regions of the objects' centres and, where they are `oriented` as the truth's, of their
+/// rotation about the vertical, each over the objects of one run; one estimate a true object, `None` of one that is not in the map.
 ///
 /// The yaw of symmetric objects is left out, and one of which no more is promised than of any angle. A score is absent without
 /// objects, or where one of them has no covariance that is positive definite.
@@ -43,7 +47,7 @@ pub fn object_scores(
         let Some(object) = object else { continue };
         let world_from_object = world_from_true_world * true_object.world_from_object;
         let error = world_from_object.translation.vector - object.center_in_world.coords;
-        centers.push(object.center_covariance.and_then(|s| Some(Normalized::of(&error, &s)?.per_number)));
+        centers.push(object.center_covariance.and_then(|s| Normalized::of(&error, &s)));
         let Some(rotation) = object.rotation.filter(|_| true_object.symmetry == Symmetry::None) else {
             continue;
         };
@@ -52,12 +56,35 @@ pub fn object_scores(
             continue;
         }
         let omega = so3_log(&(rotation.inverse() * world_from_object.rotation));
-        yaws.push(covariance.and_then(|s| Some(about(&axis, &omega, &s)?.per_number)));
+        yaws.push(covariance.and_then(|s| about(&axis, &omega, &s)));
     }
-    let all = |nees: Vec<Option<f64>>| mean(&nees.into_iter().collect::<Option<Vec<f64>>>()?);
-    let values =
-        [(Metric::NeesObjectCenter, all(centers)), (Metric::NeesObjectYaw, all(yaws).filter(|_| oriented))];
+    let center = all(CENTER, centers);
+    let yaw = all(YAW, yaws).filter(|_| oriented);
+    let [center_50, center_80, center_95] = center.as_ref().map_or([None; 3], OverTime::inside);
+    let [yaw_50, yaw_80, yaw_95] = yaw.as_ref().map_or([None; 3], OverTime::inside);
+    let (center, yaw) = (center.as_ref(), yaw.as_ref());
+    let values = [
+        (Metric::NeesObjectCenter, center.and_then(OverTime::mean_nees)),
+        (Metric::NeesObjectYaw, yaw.and_then(OverTime::mean_nees)),
+        (Metric::ObjectCenterSurprise, center.and_then(OverTime::mean_surprise)),
+        (Metric::ObjectYawSurprise, yaw.and_then(OverTime::mean_surprise)),
+        (Metric::ObjectCenterInside50, center_50),
+        (Metric::ObjectCenterInside80, center_80),
+        (Metric::ObjectCenterInside95, center_95),
+        (Metric::ObjectYawInside50, yaw_50),
+        (Metric::ObjectYawInside80, yaw_80),
+        (Metric::ObjectYawInside95, yaw_95),
+    ];
     values.into_iter().filter_map(|(metric, value)| Some((metric, value?))).collect()
+}
+
+/// All errors, of so many numbers each; `None` where one has no covariance that is positive definite.
+fn all(degrees: usize, errors: Vec<Option<Normalized>>) -> Option<OverTime> {
+    let mut all = OverTime::of(degrees);
+    for error in errors {
+        all.push(error?);
+    }
+    Some(all)
 }
 
 #[cfg(test)]
@@ -95,6 +122,7 @@ mod tests {
 
     #[test]
     fn objects_of_the_stated_gaussian_are_consistent_in_any_frame() {
+        let mut surprises = Vec::new();
         let frame = Pose::new(Vector3::new(3.0, -1.0, 2.0), Vector3::new(0.4, -0.2, 2.0));
         let pairs = Pairs::by_step(&[Pose::identity()], &[frame]).unwrap();
         for (told, nees) in [(1.0, 1.0), (0.25, 4.0)] {
@@ -102,6 +130,22 @@ mod tests {
             let found = object_scores(&pairs, &truth, &estimates, true);
             assert_relative_eq!(found[&Metric::NeesObjectCenter], nees, max_relative = 0.05);
             assert_relative_eq!(found[&Metric::NeesObjectYaw], nees, max_relative = 0.08);
+            let inside = [
+                (Metric::ObjectCenterInside50, Metric::ObjectYawInside50, 0.5),
+                (Metric::ObjectCenterInside80, Metric::ObjectYawInside80, 0.8),
+                (Metric::ObjectCenterInside95, Metric::ObjectYawInside95, 0.95),
+            ];
+            for (center, yaw, share) in inside {
+                let is_right = |metric| (found[&metric] - share).abs() < 0.025;
+                assert_eq!((is_right(center), is_right(yaw)), (nees == 1.0, nees == 1.0), "{share}");
+            }
+            surprises.push([Metric::ObjectCenterSurprise, Metric::ObjectYawSurprise].map(|of| found[&of]));
+        }
+        // (4 n + log |S| - n log 4) / 2 less (n + log |S|) / 2.
+        let worse = |numbers: f64| numbers * (3.0 - 2.0 * std::f64::consts::LN_2) / 2.0;
+        for (kind, numbers) in [CENTER, YAW].into_iter().enumerate() {
+            let found = surprises[1][kind] - surprises[0][kind];
+            assert_relative_eq!(found, worse(numbers as f64), max_relative = 0.1);
         }
     }
 

@@ -1,10 +1,8 @@
 //! The robot's poses against their covariances.
 
-use super::super::calibration::REGIONS;
 use super::super::embedding::Scores;
 use super::super::pairs::Pairs;
-use super::{Normalized, about, mean};
-use crate::result::distribution::chi_squared_cdf;
+use super::{Normalized, OverTime, POSE, about};
 use crate::result::metric::Metric;
 use nalgebra::{Matrix6, Vector3};
 use vantage_dataset::se3::log;
@@ -13,17 +11,15 @@ use vantage_dataset::se3::log;
 const POSITION: usize = 3;
 const HEADING: usize = 1;
 
-/// NEES / dof of the robot's pose at every step after the first, whose covariance is the gauge.
+/// The robot's pose at every step after the first, whose covariance is the gauge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseConsistency {
     /// Of the whole pose.
-    pub pose: Vec<f64>,
+    pub pose: OverTime,
     /// Of the position.
-    pub position: Vec<f64>,
+    pub position: OverTime,
     /// Of the rotation about the vertical.
-    pub heading: Vec<f64>,
-    /// `-log N(v; 0, S_v)` of the last position's error, nats.
-    pub position_surprise: f64,
+    pub heading: OverTime,
 }
 
 /// Holds poses against their covariances, of the right perturbation, rotation first.
@@ -37,61 +33,57 @@ pub fn pose_consistency(pairs: &Pairs, covariances: &[Matrix6<f64>]) -> Option<P
     if covariances.len() != pairs.truth().len() || covariances.len() < 2 {
         return None;
     }
-    let (mut poses, mut positions, mut headings) = (Vec::new(), Vec::new(), Vec::new());
-    let mut position_surprise = 0.0;
+    let [mut pose, mut position, mut heading] = [POSE, POSITION, HEADING].map(OverTime::of);
     for ((truth, estimate), covariance) in pairs.from_first().zip(covariances).skip(1) {
         let xi = log(&estimate.inv_mul(&truth));
         let (omega, v) = (xi.fixed_rows::<3>(0).into_owned(), xi.fixed_rows::<3>(3).into_owned());
         let of_rotation = covariance.fixed_view::<3, 3>(0, 0).into_owned();
-        let position = Normalized::of(&v, &covariance.fixed_view::<3, 3>(3, 3).into_owned())?;
-        poses.push(Normalized::of(&xi, covariance)?.per_number);
-        headings.push(about(&(estimate.rotation.inverse() * up_in_first), &omega, &of_rotation)?.per_number);
-        positions.push(position.per_number);
-        position_surprise = position.surprise;
+        pose.push(Normalized::of(&xi, covariance)?);
+        position.push(Normalized::of(&v, &covariance.fixed_view::<3, 3>(3, 3).into_owned())?);
+        heading.push(about(&(estimate.rotation.inverse() * up_in_first), &omega, &of_rotation)?);
     }
-    Some(PoseConsistency { pose: poses, position: positions, heading: headings, position_surprise })
+    Some(PoseConsistency { pose, position, heading })
 }
 
 /// The scores of the robot's poses; none without covariances.
 pub fn pose_scores(pairs: &Pairs, covariances: Option<&[Matrix6<f64>]>) -> Scores {
     let found = covariances.and_then(|covariances| pose_consistency(pairs, covariances));
-    let Some(PoseConsistency { pose, position, heading, position_surprise }) = found else {
+    let Some(PoseConsistency { pose, position, heading }) = found else {
         return Scores::new();
     };
-    let [position_50, position_80, position_95] = coverage(&position, POSITION);
-    let [heading_50, heading_80, heading_95] = coverage(&heading, HEADING);
-    let end = |nees: &[f64]| nees.last().copied();
+    let [position_50, position_80, position_95] = position.inside();
+    let [heading_50, heading_80, heading_95] = heading.inside();
+    let [pose_50, pose_80, pose_95] = pose.inside();
     let values = [
-        (Metric::NeesPositionEnd, end(&position)),
-        (Metric::NeesHeadingEnd, end(&heading)),
-        (Metric::NeesPoseEnd, end(&pose)),
-        (Metric::NeesPosition, mean(&position)),
-        (Metric::NeesHeading, mean(&heading)),
-        (Metric::NeesPose, mean(&pose)),
+        (Metric::NeesPositionEnd, position.nees.last().copied()),
+        (Metric::NeesHeadingEnd, heading.nees.last().copied()),
+        (Metric::NeesPoseEnd, pose.nees.last().copied()),
+        (Metric::NeesPosition, position.mean_nees()),
+        (Metric::NeesHeading, heading.mean_nees()),
+        (Metric::NeesPose, pose.mean_nees()),
+        (Metric::PositionSurpriseEnd, position.surprise.last().copied()),
+        (Metric::HeadingSurpriseEnd, heading.surprise.last().copied()),
+        (Metric::PoseSurpriseEnd, pose.surprise.last().copied()),
+        (Metric::PositionSurprise, position.mean_surprise()),
+        (Metric::HeadingSurprise, heading.mean_surprise()),
+        (Metric::PoseSurprise, pose.mean_surprise()),
         (Metric::PositionInside50, position_50),
         (Metric::PositionInside80, position_80),
         (Metric::PositionInside95, position_95),
         (Metric::HeadingInside50, heading_50),
         (Metric::HeadingInside80, heading_80),
         (Metric::HeadingInside95, heading_95),
-        (Metric::PositionSurprise, Some(position_surprise)),
+        (Metric::PoseInside50, pose_50),
+        (Metric::PoseInside80, pose_80),
+        (Metric::PoseInside95, pose_95),
     ];
     values.into_iter().filter_map(|(metric, value)| Some((metric, value?))).collect()
 }
 
-/// The shares of NEES / dof inside the regions that should hold [`REGIONS`]; `None` of none.
-fn coverage(nees: &[f64], degrees: usize) -> [Option<f64>; 3] {
-    let degrees = degrees as f64;
-    REGIONS.map(|region| {
-        let inside = nees.iter().filter(|&&nees| chi_squared_cdf(nees * degrees, degrees) <= region).count();
-        (!nees.is_empty()).then(|| inside as f64 / nees.len() as f64)
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::COLUMNS;
     use super::super::tests::{covariance, draw};
+    use super::super::{COLUMNS, INSIDE};
     use super::*;
     use approx::assert_relative_eq;
     use std::f64::consts::PI;
@@ -122,7 +114,7 @@ mod tests {
     fn draws_of_the_stated_gaussian_are_consistent_and_fill_its_regions() {
         let (truth, estimate, covariances) = drawn(1.0);
         let found = scores(&truth, &estimate, &covariances);
-        assert_eq!(found.len(), COLUMNS.len() - 2, "all but those of objects");
+        assert_eq!(found.len(), COLUMNS.len() + INSIDE.len() - 10, "all but those of objects");
         for metric in [Metric::NeesPose, Metric::NeesPosition, Metric::NeesHeading] {
             assert_relative_eq!(found[&metric], 1.0, epsilon = 0.05);
         }
@@ -133,6 +125,9 @@ mod tests {
             (Metric::HeadingInside50, 0.5),
             (Metric::HeadingInside80, 0.8),
             (Metric::HeadingInside95, 0.95),
+            (Metric::PoseInside50, 0.5),
+            (Metric::PoseInside80, 0.8),
+            (Metric::PoseInside95, 0.95),
         ] {
             assert_relative_eq!(found[&metric], share, epsilon = 0.02);
         }
@@ -169,7 +164,12 @@ mod tests {
         assert_relative_eq!(found[&Metric::NeesPose], 0.375, epsilon = 1e-12);
         assert_eq!(found[&Metric::NeesHeading], 0.0);
         let surprise = 1.5 * libm::log(2.0 * PI * 0.04) + 2.25 / 2.0;
-        assert_relative_eq!(found[&Metric::PositionSurprise], surprise, epsilon = 1e-12);
+        assert_relative_eq!(found[&Metric::PositionSurpriseEnd], surprise, epsilon = 1e-12);
+        assert_eq!(found[&Metric::PositionSurprise], found[&Metric::PositionSurpriseEnd], "of one step");
+        let of_heading = 0.5 * libm::log(2.0 * PI * 0.04);
+        assert_relative_eq!(found[&Metric::HeadingSurpriseEnd], of_heading, epsilon = 1e-12);
+        let of_pose = 3.0 * libm::log(2.0 * PI * 0.04) + 2.25 / 2.0;
+        assert_relative_eq!(found[&Metric::PoseSurprise], of_pose, epsilon = 1e-12);
         // P(chi^2(3) <= 2.25) = 0.478
         assert_eq!((found[&Metric::PositionInside50], found[&Metric::HeadingInside50]), (1.0, 1.0));
         let turned = [Pose::identity(), Pose::rotation(Vector3::z() * 0.5)];

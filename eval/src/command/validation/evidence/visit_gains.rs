@@ -1,0 +1,182 @@
+//! A discrepancy of an object and one of each visit to it, with covariances by expectation maximization.
+//!
+//! ```text
+//! off(azimuth) = phi(azimuth)^T (b + c_visit),   b_h ~ N(0, v_h I),   c_h ~ N(0, w_h I)   of the harmonics h
+//! ```
+//!
+//! A visit is a run of views without a longer gap: what light or place make of an object is alike in it, and differs between visits.
+//! The M-step sets each variance to the mean square of its coefficients under the E-step's Gaussians (Dempster, Laird and Rubin 1977).
+
+use super::{Alone, Evidence, Predicted, TrueViews, ViewNoise};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use vantage_model::periodic::{FEATURES, HARMONICS};
+use vantage_model::{Linearization, MeasurementNoise, ObservationModel, Periodic};
+use vantage_slam::AzimuthDiscrepancy;
+use vantage_slam::discrepancy::Discrepant;
+
+/// Steps that an object is out of sight between two visits, at least.
+const AWAY: usize = 10;
+/// Rounds of expectation maximization.
+const ROUNDS: usize = 20;
+
+/// What a fit of covariances gains.
+pub struct VisitGains {
+    /// Nats a view more probable than without a discrepancy of azimuths.
+    pub gain: f64,
+    /// Root of the sum of the variances, degrees: the deviation under any azimuth, of an object and of a visit to it.
+    pub deviations_deg: [f64; 2],
+    /// Visits an object, mean.
+    pub visits: f64,
+}
+
+/// A variance a harmonic, of an object's coefficients and of a visit's.
+#[derive(Clone, Copy)]
+struct Variances {
+    object: [f64; HARMONICS + 1],
+    /// `None`: there is no discrepancy of visits.
+    visit: Option<[f64; HARMONICS + 1]>,
+}
+
+impl Variances {
+    fn of(&self, is_visit: bool) -> [f64; HARMONICS + 1] {
+        if is_visit { self.visit.unwrap_or(self.object) } else { self.object }
+    }
+}
+
+/// A model with the discrepancies of an object and of its visits. The latent is the model's, then `b`, then `c` of each visit.
+struct Visited<'m> {
+    /// Its latent is the model's, then `b`, then, where there is one of visits, `c` of one visit.
+    model: &'m dyn ObservationModel,
+    /// Length of what all views share.
+    shared: usize,
+    variances: Variances,
+}
+
+impl Visited<'_> {
+    fn visits(&self, object: &TrueViews) -> usize {
+        self.variances.visit.map_or(0, |_| visits(object))
+    }
+}
+
+/// The visit that a view belongs to.
+fn visit(object: &TrueViews, index: usize) -> usize {
+    object.views[..=index].windows(2).filter(|pair| pair[1].step - pair[0].step > AWAY).count()
+}
+
+fn visits(object: &TrueViews) -> usize {
+    visit(object, object.len() - 1) + 1
+}
+
+/// The harmonic that a feature is of.
+fn harmonic(feature: usize) -> usize {
+    feature.div_ceil(2)
+}
+
+impl Predicted for Visited<'_> {
+    fn prior_precision(&self, object: &TrueViews) -> DVector<f64> {
+        let mut precision = DVector::from_element(self.shared + FEATURES * self.visits(object), 1.0);
+        let first = self.shared - FEATURES;
+        for (feature, value) in precision.rows_range_mut(first..).iter_mut().enumerate() {
+            *value = 1.0 / self.variances.of(feature >= FEATURES)[harmonic(feature % FEATURES)];
+        }
+        precision
+    }
+
+    fn at(
+        &self,
+        object: &TrueViews,
+        index: usize,
+        latent: &DVector<f64>,
+    ) -> Option<(Linearization, &MeasurementNoise)> {
+        let viewpoint = &object.views[index].viewpoint;
+        if self.variances.visit.is_none() {
+            return Some((self.model.linearize(latent, viewpoint).ok()?, self.model.noise()));
+        }
+        let of_visit = self.shared + FEATURES * visit(object, index);
+        let mut own = latent.rows(0, self.shared + FEATURES).into_owned();
+        own.rows_mut(self.shared, FEATURES).copy_from(&latent.rows(of_visit, FEATURES));
+        let near = self.model.linearize(&own, viewpoint).ok()?;
+        let mut d_latent = DMatrix::zeros(near.mean.len(), latent.len());
+        d_latent.columns_mut(0, self.shared).copy_from(&near.d_latent.columns(0, self.shared));
+        d_latent.columns_mut(of_visit, FEATURES).copy_from(&near.d_latent.columns(self.shared, FEATURES));
+        Some((Linearization { d_latent, ..near }, self.model.noise()))
+    }
+}
+
+impl VisitGains {
+    /// Fits of the object's discrepancy alone, and of both, from one of such a deviation and smoothness and, of visits, half of it.
+    /// `None` where the model has no finite answer.
+    pub fn of(
+        objects: &[TrueViews],
+        model: &dyn ObservationModel,
+        start: &AzimuthDiscrepancy,
+    ) -> Option<[Self; 2]> {
+        let unit = AzimuthDiscrepancy { sigma: 1.0, ..*start };
+        let of_object = Discrepant::new(model, &unit);
+        let of_visit = Discrepant::new(&of_object, &unit);
+        let shared = of_object.latent_dim();
+        let none: f64 = objects
+            .par_iter()
+            .map(|object| Some(object.evidence(&Alone(model), ViewNoise::NONE)?.value))
+            .sum::<Option<f64>>()?;
+        let variance = start.sigma.powi(2);
+        let object = [variance; HARMONICS + 1];
+        let alone = Visited { model: &of_object, shared, variances: Variances { object, visit: None } };
+        let visit = Some([variance / 4.0; HARMONICS + 1]);
+        let both = Visited { model: &of_visit, shared, variances: Variances { object, visit } };
+        let amplitudes = Periodic::new(start.concentration).features(0.0);
+        let deviation_deg = |variances: [f64; HARMONICS + 1]| {
+            let of = |h: usize| variances[h] * amplitudes[(2 * h).saturating_sub(1)].powi(2);
+            (0..=HARMONICS).map(of).sum::<f64>().sqrt().to_degrees()
+        };
+        let views: usize = objects.iter().map(TrueViews::len).sum();
+        let all: usize = objects.iter().map(visits).sum();
+        let fit = |start: Visited<'_>| -> Option<Self> {
+            let (variances, evidence) = fitted(objects, start)?;
+            Some(Self {
+                gain: (evidence - none) / views as f64,
+                deviations_deg: [deviation_deg(variances.object), variances.visit.map_or(0.0, deviation_deg)],
+                visits: all as f64 / objects.len() as f64,
+            })
+        };
+        Some([fit(alone)?, fit(both)?])
+    }
+}
+
+/// Expectation maximization; the variances, and the log-evidence under them.
+fn fitted(objects: &[TrueViews], mut of: Visited<'_>) -> Option<(Variances, f64)> {
+    let mut latents: Vec<Option<DVector<f64>>> = vec![None; objects.len()];
+    let mut expect = |of: &Visited<'_>| -> Option<(Vec<Evidence>, f64)> {
+        let one = |(object, latent): (&TrueViews, &Option<DVector<f64>>)| {
+            let precision = of.prior_precision(object);
+            let start = match latent {
+                Some(latent) => latent.clone(),
+                None => object.encoded.clone().resize_vertically(precision.len(), 0.0),
+            };
+            object.evidence_from(start, &precision, of, ViewNoise::NONE)
+        };
+        let all: Vec<Evidence> = objects.par_iter().zip(&latents).map(one).collect::<Option<_>>()?;
+        latents = all.iter().map(|evidence| Some(evidence.latent.clone())).collect();
+        let sum = all.iter().map(|evidence| evidence.value).sum();
+        Some((all, sum))
+    };
+    for _ in 0..ROUNDS {
+        let (all, _) = expect(&of)?;
+        let mut squares = [[(0.0, 0.0); HARMONICS + 1]; 2];
+        for Evidence { latent, hessian, .. } in &all {
+            let covariance = hessian.inverse();
+            for at in of.shared - FEATURES..latent.len() {
+                let feature = at + FEATURES - of.shared;
+                let (sum, count) =
+                    &mut squares[usize::from(feature >= FEATURES)][harmonic(feature % FEATURES)];
+                *sum += latent[at].powi(2) + covariance[(at, at)];
+                *count += 1.0;
+            }
+        }
+        let [object, visit] = squares.map(|of_harmonics| of_harmonics.map(|(sum, count)| sum / count));
+        of.variances = Variances { object, visit: of.variances.visit.map(|_| visit) };
+    }
+    let (_, evidence) = expect(&of)?;
+    Some((of.variances, evidence))
+}
