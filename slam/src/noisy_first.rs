@@ -24,8 +24,11 @@ pub struct NoisyFirst<'m> {
 }
 
 impl<'m> NoisyFirst<'m> {
-    /// Of a share of the variance, at least 0 and below 1; refused where the noise is singular or nothing is left of it.
+    /// Of a share of the variance, at least 0 and below 1; any other is refused, and noise that is singular.
     pub fn new(model: &'m dyn PairModel, share: f64) -> Result<Self, AnswerError> {
+        if !(0.0..1.0).contains(&share) {
+            return Err(AnswerError::NonFinite { what: "noise of a first view by that share" });
+        }
         let whiten = model.noise().sqrt_information();
         let singular = AnswerError::NonFinite { what: "inverse of the measurement noise" };
         let own = whiten.clone().try_inverse().ok_or(singular)? * share.sqrt();

@@ -17,6 +17,7 @@ mod learning;
 mod linear;
 mod model;
 mod online;
+mod online_ranges;
 mod pairs;
 mod ranges;
 mod recovery;

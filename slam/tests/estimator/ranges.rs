@@ -8,9 +8,9 @@ use vantage_dataset::{BoundingBox, CenterDepth, Detection, Pose, Seed};
 use vantage_slam::noise::Kernel;
 use vantage_slam::{Estimate, Outcome, Settings, UnresolvedReason};
 
-const DIMS: [usize; 3] = [8, 12, 32];
+pub const DIMS: [usize; 3] = [8, 12, 32];
 
-fn model() -> TanhModel {
+pub fn model() -> TanhModel {
     TanhModel::new(DIMS, 0.03, 5.0, Seed(1))
 }
 
@@ -21,7 +21,7 @@ fn doubting(spec: &WorldSpec) -> Settings {
     settings
 }
 
-fn is_covariance<const N: usize>(covariance: &nalgebra::SMatrix<f64, N, N>) -> bool {
+pub fn is_covariance<const N: usize>(covariance: &nalgebra::SMatrix<f64, N, N>) -> bool {
     covariance.iter().all(|x| x.is_finite()) && covariance.diagonal().iter().all(|x| *x >= 0.0)
 }
 
@@ -82,7 +82,7 @@ fn one_view_with_a_depth_is_enough_and_says_little() {
 }
 
 /// A robot that drives at objects which all stand on its own line.
-fn on_a_line(spec: &WorldSpec, model: &TanhModel) -> World {
+pub fn on_a_line(spec: &WorldSpec, model: &TanhModel) -> World {
     let mut world = World::new(spec, Some(model), Seed(3));
     let steps = spec.steps;
     let forward = Pose::translation(0.05, 0.0, 0.0);
@@ -162,7 +162,13 @@ fn a_slip_of_a_metre_is_outcome_and_numbers_and_objects_mend_much_of_it() {
 }
 
 /// Gives some tracks crops that the model has nothing to do with: of another model, or noise.
-fn spoil(world: &mut World, spec: &WorldSpec, seed: Seed, is_spoilt: impl Fn(usize) -> bool, noise: bool) {
+pub fn spoil(
+    world: &mut World,
+    spec: &WorldSpec,
+    seed: Seed,
+    is_spoilt: impl Fn(usize) -> bool,
+    noise: bool,
+) {
     let other = TanhModel::new(DIMS, 0.03, 5.0, Seed(77));
     let twin = World::new(spec, Some(&other), seed);
     let mut stream = seed.stream("garbage", 0);

@@ -42,12 +42,18 @@ pub fn fitted_discrepancy(
             "covariances of their harmonics by expectation maximization; {:.1} visits an object",
             both.visits
         )?;
-        let cells = |name: &str, of: &VisitGains| {
-            let deviations = of.deviations_deg.map(|deviation| format!("{deviation:.2}"));
-            std::iter::once(name.to_owned()).chain(deviations).chain([format!("{:.3}", of.gain)]).collect()
+        let cells = |name: &str, of: &VisitGains, which: usize| {
+            let deviations = of.deviations_deg[which].map(|deviation| format!("{deviation:.2}"));
+            std::iter::once(name.to_owned()).chain([format!("{:.3}", of.gain)]).chain(deviations).collect()
         };
-        let rows = vec![cells("object", &alone), cells("object and visit", &both)];
-        print(stdout, &["Of", "Object [deg]", "Visit [deg]", "Nats a view"], rows)?;
+        let rows = vec![
+            cells("object alone", &alone, 0),
+            cells("object, with visits", &both, 0),
+            cells("visits", &both, 1),
+        ];
+        let harmonics = ["constant [deg]", "1", "2", "3", "4", "5", "6"];
+        let columns: Vec<&str> = ["Of", "Nats a view"].into_iter().chain(harmonics).collect();
+        print(stdout, &columns, rows)?;
         writeln!(stdout)?;
     }
     if let Some(gains) = ScaleGains::of(objects, &Discrepant::new(model, &fitted)) {

@@ -18,14 +18,14 @@ use vantage_slam::discrepancy::Discrepant;
 /// Steps that an object is out of sight between two visits, at least.
 const AWAY: usize = 10;
 /// Rounds of expectation maximization.
-const ROUNDS: usize = 20;
+const ROUNDS: usize = 30;
 
 /// What a fit of covariances gains.
 pub struct VisitGains {
     /// Nats a view more probable than without a discrepancy of azimuths.
     pub gain: f64,
-    /// Root of the sum of the variances, degrees: the deviation under any azimuth, of an object and of a visit to it.
-    pub deviations_deg: [f64; 2],
+    /// Deviations of each harmonic, from the constant on, under any azimuth, degrees: of an object, and of a visit to it.
+    pub deviations_deg: [[f64; HARMONICS + 1]; 2],
     /// Visits an object, mean.
     pub visits: f64,
 }
@@ -126,9 +126,9 @@ impl VisitGains {
         let visit = Some([variance / 4.0; HARMONICS + 1]);
         let both = Visited { model: &of_visit, shared, variances: Variances { object, visit } };
         let amplitudes = Periodic::new(start.concentration).features(0.0);
-        let deviation_deg = |variances: [f64; HARMONICS + 1]| {
-            let of = |h: usize| variances[h] * amplitudes[(2 * h).saturating_sub(1)].powi(2);
-            (0..=HARMONICS).map(of).sum::<f64>().sqrt().to_degrees()
+        let deviations_deg = |variances: [f64; HARMONICS + 1]| -> [f64; HARMONICS + 1] {
+            let of = |h: usize| variances[h].sqrt() * amplitudes[(2 * h).saturating_sub(1)];
+            std::array::from_fn(|h| of(h).to_degrees())
         };
         let views: usize = objects.iter().map(TrueViews::len).sum();
         let all: usize = objects.iter().map(visits).sum();
