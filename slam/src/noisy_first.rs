@@ -5,7 +5,7 @@
 //! p(y | e, x_rel) = h(e, x_rel) and the rest of the noise,   p(m(z') | y, e, Delta X)
 //! ```
 //!
-//! `R` is the scale of the model's noise. As `n` stands beside `e` in the latent, all views that are predicted from `y` share it.
+//! `R` is the scale of the model's noise: its covariance where that is Gaussian. As `n` stands beside `e` in the latent, all views that are predicted from `y` share it.
 
 use crate::discrepancy::{beside, with_unknown};
 use nalgebra::{DMatrix, DVector};
@@ -24,14 +24,11 @@ pub struct NoisyFirst<'m> {
 }
 
 impl<'m> NoisyFirst<'m> {
-    /// Of a share of the variance, at least 0 and below 1; any other is refused, and noise that is singular.
-    pub fn new(model: &'m dyn PairModel, share: f64) -> Result<Self, AnswerError> {
-        if !(0.0..1.0).contains(&share) {
-            return Err(AnswerError::NonFinite { what: "noise of a first view by that share" });
-        }
+    /// Of a share of that scale, from 0 to below 1, under noise that is multiplied by `noise_scale`; refused where the noise is singular or nothing is left of it.
+    pub fn new(model: &'m dyn PairModel, share: f64, noise_scale: f64) -> Result<Self, AnswerError> {
         let whiten = model.noise().sqrt_information();
         let singular = AnswerError::NonFinite { what: "inverse of the measurement noise" };
-        let own = whiten.clone().try_inverse().ok_or(singular)? * share.sqrt();
+        let own = whiten.clone().try_inverse().ok_or(singular)? * (share.sqrt() * noise_scale);
         let rest = MeasurementNoise::new(whiten / (1.0 - share).sqrt(), model.noise().degrees_of_freedom())?;
         Ok(Self { model, own, rest })
     }

@@ -2,14 +2,14 @@
 
 /// Of the views of one object, by step, the one that each is [given](Pairing::given). Every view is predicted once.
 ///
-/// A view that others are given is taken as it was measured: its noise is theirs, too, where a model reads it. Of a
-/// [`Star`](Pairing::Star) they all share that of one view, of a [`Chain`](Pairing::Chain) each shares that of the next one's,
-/// and of the others no view is in two pairs.
+/// The product of those predictions is a density of all views, so that no noise counts twice. A view that others are given is taken as it was
+/// measured, with its noise, where a model reads it: a [`Star`](Pairing::Star) has all others depend on that of one view, a
+/// [`Chain`](Pairing::Chain) each on that of the one before, and of the others no view is in two pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pairing {
     /// The first one.
     Star,
-    /// The first one, of which this share of the noise's variance is the measurement's own: 0 is a star, and at 1 the first view would
+    /// The first one, of whose noise this share is the measurement's own, from 0 to below 1: 0 is a star, and at 1 the first view would
     /// tell no more than the latent. What was measured without it is a [variable](crate::noisy_first).
     NoisyStar(f64),
     /// The one before.

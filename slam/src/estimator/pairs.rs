@@ -33,10 +33,10 @@ pub struct ViewpointPairs<'m> {
 }
 
 impl<'m> ViewpointPairs<'m> {
-    /// An estimator that reads crops by `model`, each given the first one of its object.
+    /// An estimator that reads crops by `model`, each given the one of its object before.
     pub fn new(settings: &Settings, model: &'m dyn PairModel) -> Self {
         let Settings { semantics, orientation, .. } = *settings;
-        Self { model, pairing: Pairing::Star, geometric: Geometric::new(settings), semantics, orientation }
+        Self { model, pairing: Pairing::Chain, geometric: Geometric::new(settings), semantics, orientation }
     }
 
     /// The same by another pairing.
@@ -58,7 +58,12 @@ impl Estimator for ViewpointPairs<'_> {
         let discrepant = self.semantics.azimuth_discrepancy.map(|of| Discrepant::new(self.model, &of));
         let model: &dyn PairModel = discrepant.as_ref().map_or(self.model, |model| model);
         let noisy = match self.pairing {
-            Pairing::NoisyStar(share) => Some(NoisyFirst::new(model, share)?),
+            Pairing::NoisyStar(share) if !(0.0..1.0).contains(&share) => {
+                let report =
+                    format!("a first view's own share of its noise: got {share}, expected 0 to below 1");
+                return Err(EstimateError::Spec { report });
+            }
+            Pairing::NoisyStar(share) => Some(NoisyFirst::new(model, share, self.semantics.noise_scale)?),
             _ => None,
         };
         let model: &dyn PairModel = noisy.as_ref().map_or(model, |model| model);
@@ -146,7 +151,7 @@ impl<'m> Pairs<'_, 'm> {
 
     /// P(e_i), and of each view P(z' | z, e_i, Delta X) where it is given another one, or else P(z | e_i, x_rel).
     ///
-    /// Of a star the others are independent, given the first view and the latent: what is noise of the first one counts once.
+    /// Every view is predicted once, so that the product is the density of all of them: of a chain, one of Markov's.
     fn add_factors(&self, graph: &mut Graph<'m>, object: &SemanticObject) {
         graph.push(StandardNormalPrior::new(Key::Latent(object.track)));
         for (index, view) in object.views.iter().enumerate() {

@@ -105,7 +105,7 @@ fn a_pair_of_views_tells_what_two_single_ones_do_without_their_latent() {
 #[test]
 fn a_first_view_with_noise_of_its_own_has_all_of_it_alone_and_its_pairs_the_derivatives_of_differences() {
     let pairs = Steerable::of_pairs(Seed(1));
-    let noisy = NoisyFirst::new(&pairs, 0.4).unwrap();
+    let noisy = NoisyFirst::new(&pairs, 0.4, 1.0).unwrap();
     let mut stream = Seed(2).stream("noisy", 0);
     let mount = Pose::identity();
     let mut values = two_views(&mount, &mut stream);

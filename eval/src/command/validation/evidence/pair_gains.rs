@@ -62,7 +62,7 @@ pub fn pair_gains(objects: &[TrueViews], model: &dyn PairModel) -> [Option<f64>;
     PAIRINGS.map(|(_, pairing)| {
         let evidence = match pairing {
             Pairing::NoisyStar(share) => {
-                let noisy = NoisyFirst::new(model, share).ok()?;
+                let noisy = NoisyFirst::new(model, share, 1.0).ok()?;
                 sum(&Paired { model: &noisy, pairing })
             }
             _ => sum(&Paired { model, pairing }),

@@ -4,7 +4,8 @@
 //! off(azimuth) = phi(azimuth)^T (b + c_visit),   b_h ~ N(0, v_h I),   c_h ~ N(0, w_h I)   of the harmonics h
 //! ```
 //!
-//! A visit is a run of views without a longer gap: what light or place make of an object is alike in it, and differs between visits.
+//! A visit is a run of whole views without a longer gap: what light or place make of an object is alike in it, and differs between visits.
+//! `b` is taken at the azimuth that `c` has turned, a difference of second order.
 //! The M-step sets each variance to the mean square of its coefficients under the E-step's Gaussians (Dempster, Laird and Rubin 1977).
 
 use super::{Alone, Evidence, Predicted, TrueViews, ViewNoise};
@@ -15,7 +16,7 @@ use vantage_model::{Linearization, MeasurementNoise, ObservationModel, Periodic}
 use vantage_slam::AzimuthDiscrepancy;
 use vantage_slam::discrepancy::Discrepant;
 
-/// Steps that an object is out of sight between two visits, at least.
+/// Steps without a whole view between two visits, at least.
 const AWAY: usize = 10;
 /// Rounds of expectation maximization.
 const ROUNDS: usize = 30;
@@ -136,7 +137,10 @@ impl VisitGains {
             let (variances, evidence) = fitted(objects, start)?;
             Some(Self {
                 gain: (evidence - none) / views as f64,
-                deviations_deg: [deviation_deg(variances.object), variances.visit.map_or(0.0, deviation_deg)],
+                deviations_deg: [
+                    deviations_deg(variances.object),
+                    variances.visit.map_or([0.0; HARMONICS + 1], deviations_deg),
+                ],
                 visits: all as f64 / objects.len() as f64,
             })
         };
@@ -179,4 +183,102 @@ fn fitted(objects: &[TrueViews], mut of: Visited<'_>) -> Option<(Variances, f64)
     }
     let (_, evidence) = expect(&of)?;
     Some((of.variances, evidence))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::TrueView;
+    use super::*;
+    use nalgebra::Vector3;
+    use vantage_dataset::viewpoint::{CONDITIONING, HARMONICS as VIEWPOINT_HARMONICS};
+    use vantage_dataset::{Crop, Seed, Stream, Viewpoint};
+    use vantage_model::{AnswerError, LatentGaussian, ViewpointDerivative};
+
+    /// Measures where it stands, off by a thousandth.
+    struct Compass(MeasurementNoise);
+
+    impl ObservationModel for Compass {
+        fn latent_dim(&self) -> usize {
+            1
+        }
+
+        fn noise(&self) -> &MeasurementNoise {
+            &self.0
+        }
+
+        fn measure(&self, _: &Crop) -> Result<DVector<f64>, AnswerError> {
+            unreachable!("views are measured already")
+        }
+
+        fn encode(&self, _: &Crop, _: &Viewpoint) -> Result<LatentGaussian, AnswerError> {
+            unreachable!("views are measured already")
+        }
+
+        fn predict(&self, _: &DVector<f64>, viewpoint: &Viewpoint) -> Result<DVector<f64>, AnswerError> {
+            let (sin, cos) = viewpoint.azimuth().sin_cos();
+            Ok(DVector::from_vec(vec![cos, sin]))
+        }
+
+        fn linearize(
+            &self,
+            latent: &DVector<f64>,
+            viewpoint: &Viewpoint,
+        ) -> Result<Linearization, AnswerError> {
+            let mean = self.predict(latent, viewpoint)?;
+            let by_azimuth = DVector::from_vec(vec![-mean[1], mean[0]]);
+            let upright = DMatrix::zeros(2, CONDITIONING - 2 * VIEWPOINT_HARMONICS);
+            let d_viewpoint = ViewpointDerivative::by_azimuth_and_upright(viewpoint, &by_azimuth, &upright);
+            Ok(Linearization { mean, d_latent: DMatrix::zeros(2, 1), d_viewpoint })
+        }
+    }
+
+    const SMOOTH: AzimuthDiscrepancy = AzimuthDiscrepancy { sigma: 1.0, concentration: 4.0 };
+
+    /// Objects that are visited three times, with a discrepancy of the object and one of each visit of so many degrees.
+    fn objects(model: &Compass, [of_object, of_visit]: [f64; 2], stream: &mut Stream) -> Vec<TrueViews> {
+        let discrepant = Discrepant::new(model, &SMOOTH);
+        let mut noise = Seed(7).stream("compass", 0);
+        let mut object = || {
+            let mut draw = |degrees: f64| -> [f64; FEATURES] {
+                std::array::from_fn(|_| degrees.to_radians() * stream.normal())
+            };
+            let shared = draw(of_object);
+            let mut views = Vec::new();
+            for visit in 0..3usize {
+                let own = draw(of_visit);
+                let off = std::iter::once(0.0).chain(shared.iter().zip(own).map(|(b, c)| b + c));
+                let latent = DVector::from_iterator(1 + FEATURES, off);
+                for view in 0..16usize {
+                    let azimuth = 0.39 * view as f64;
+                    let direction = Vector3::new(azimuth.cos(), azimuth.sin(), 0.0);
+                    let viewpoint = Viewpoint { direction, roll: 0.0, log_distance: 1.0 };
+                    let mean = discrepant.predict(&latent, &viewpoint).unwrap();
+                    let measurement = mean.map(|x| x + 0.001 * noise.normal());
+                    let step = 100 * visit + view;
+                    views.push(TrueView { step, measurement, viewpoint });
+                }
+            }
+            TrueViews { views, encoded: DVector::zeros(1) }
+        };
+        (0..60).map(|_| object()).collect()
+    }
+
+    #[test]
+    fn expectation_maximization_finds_what_is_of_the_object_and_what_of_its_visits() {
+        let noise = MeasurementNoise::new(DMatrix::identity(2, 2) * 1000.0, f64::INFINITY).unwrap();
+        let model = Compass(noise);
+        let mut stream = Seed(1).stream("discrepancies", 0);
+        let total = |deviations: [f64; HARMONICS + 1]| deviations.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let start = AzimuthDiscrepancy { sigma: 4f64.to_radians(), ..SMOOTH };
+        let [alone, both] =
+            VisitGains::of(&objects(&model, [3.0, 1.5], &mut stream), &model, &start).unwrap();
+        let [object, visit] = both.deviations_deg.map(total);
+        assert!((object - 3.0).abs() < 0.5 && (visit - 1.5).abs() < 0.2, "{object}, {visit}");
+        assert_eq!(both.visits, 3.0);
+        assert!(both.gain > alone.gain + 1.0, "{} and {}", both.gain, alone.gain);
+        let [alone, both] =
+            VisitGains::of(&objects(&model, [3.0, 0.0], &mut stream), &model, &start).unwrap();
+        let visit = total(both.deviations_deg[1]);
+        assert!(visit < 0.2 && (total(alone.deviations_deg[0]) - 3.0).abs() < 0.4, "{visit}");
+    }
 }
