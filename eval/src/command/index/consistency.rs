@@ -37,7 +37,7 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
     }
     let mut rows = String::new();
     let (mut cells, mut bold) = (0, 0);
-    for (scene, table, coverage) in &tables {
+    for &(scene, table, coverage) in &tables {
         let is_shown = |row: &&String| {
             [Row::Odometry, Row::Geometric].iter().any(|of| of.to_string() == **row) || is_learned(row)
         };
@@ -45,8 +45,8 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
             let seeds = table.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
             rows += &format!("| [{scene}](scenes/{scene}/{TABLES}) | `{row}` | {seeds} |");
             for (metric, wanted) in SCORES {
-                let table = if metric.is_nees() { Some(table) } else { coverage.as_ref() };
-                let Some((table, mean)) = table.and_then(|of| Some((of, of.cell(row, metric).mean?))) else {
+                let table = coverage.filter(|_| !metric.is_nees()).unwrap_or(table);
+                let Some(mean) = table.cell(row, metric).mean else {
                     rows += &format!(" {UNDEFINED} |");
                     continue;
                 };

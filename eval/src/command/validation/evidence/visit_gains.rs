@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn expectation_maximization_finds_what_is_of_the_object_and_what_of_its_visits() {
-        let noise = MeasurementNoise::new(DMatrix::identity(2, 2) * 1000.0, f64::INFINITY).unwrap();
+        let noise = MeasurementNoise::new(DMatrix::identity(2, 2) * 1000.0, 1e6).unwrap();
         let model = Compass(noise);
         let mut stream = Seed(1).stream("discrepancies", 0);
         let total = |deviations: [f64; HARMONICS + 1]| deviations.iter().map(|x| x * x).sum::<f64>().sqrt();
