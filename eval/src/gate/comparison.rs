@@ -1,8 +1,10 @@
 //! One score of one method, against the baseline's, run by run.
 
-use crate::result::metric::{Better, Metric, Unit};
+use crate::result::better::Better;
+use crate::result::metric::Metric;
 use crate::result::statistics::Mean;
 use crate::result::table::Table;
+use crate::result::unit::Unit;
 use serde::Serialize;
 use vantage_dataset::Seed;
 

@@ -1,7 +1,7 @@
 //! A gain: what paired differences to the reference say of a method, made for skewed ones.
 
+use super::better::Better;
 use super::bootstrap::bca_interval;
-use super::metric::Better;
 use super::paired::Paired;
 use super::power::seeds_to_show;
 use super::statistics::Mean;

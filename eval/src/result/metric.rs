@@ -1,5 +1,7 @@
 //! The metrics of the tables: name, unit, direction and how they are printed.
 
+use super::better::Better;
+use super::unit::Unit;
 use serde::{Deserialize, Serialize};
 
 /// Declares [`Metric`]: what each is, its name in tables, that in files, its unit, and which way it is better.
@@ -281,32 +283,6 @@ metrics! {
     ViewpointMedianFar => "> 60 deg", "viewpoint_median_farther_rad", Radian, Lower;
 }
 
-/// What a metric is measured in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// Metres.
-    Meter,
-    /// Radians in files, degrees in tables.
-    Radian,
-    /// Decibels.
-    Decibel,
-    /// Natural units of information.
-    Nat,
-    /// A share or index without unit.
-    Ratio,
-}
-
-/// Which way a metric is better.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Better {
-    /// Errors.
-    Lower,
-    /// Shares of right answers.
-    Higher,
-    /// Shares that a law says: the nearer, the better.
-    Near(f64),
-}
-
 impl Metric {
     /// Its name in a table's head, without unit.
     pub fn label(self) -> &'static str {
@@ -335,13 +311,7 @@ impl Metric {
 
     /// Whether it is a normalized estimation error squared: skewed over runs, so that a symmetric interval would mislead.
     pub fn is_nees(self) -> bool {
-        use Metric::{
-            NeesHeading, NeesHeadingEnd, NeesNewest, NeesObjectCenter, NeesObjectYaw, NeesPose, NeesPoseEnd,
-            NeesPosition, NeesPositionEnd,
-        };
-        let of_robot =
-            [NeesPosition, NeesPositionEnd, NeesHeading, NeesHeadingEnd, NeesPose, NeesPoseEnd, NeesNewest];
-        of_robot.contains(&self) || [NeesObjectCenter, NeesObjectYaw].contains(&self)
+        self.column().starts_with("nees_")
     }
 
     /// Whether it is of one view of each instance, where others are of all views.

@@ -1,5 +1,6 @@
 //! Results: numbers with their origin, and the files that hold them.
 
+pub mod better;
 pub mod bootstrap;
 pub mod distribution;
 pub mod effect;
@@ -26,6 +27,7 @@ pub mod step_times;
 pub mod summary_text;
 pub mod table;
 pub mod table_text;
+pub mod unit;
 pub mod wilcoxon;
 
 pub use vantage_formats::trajectory;

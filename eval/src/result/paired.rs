@@ -1,7 +1,8 @@
 //! Paired differences: a method's score less the reference's on the same seed.
 
+use super::better::Better;
 use super::distribution::incomplete_beta;
-use super::metric::{Better, Metric};
+use super::metric::Metric;
 use super::run::Run;
 use super::statistics::{Mean, quantile};
 use super::wilcoxon::wilcoxon;

@@ -17,8 +17,8 @@
 //! names: `gaussian_process`, whose hyper-parameters of most marginal likelihood are told, `azimuth_head`, `discrete_class` and `viewpoint_pairs`; the last
 //! with the discrepancy, too.
 //!
-//! `viewpoint_pairs`, which a viewpoint-predictive model alone allows, by all pairings: how much more probable crops at their true viewpoints are
-//! than by the latent alone, and a row of each.
+//! Then what pairings do, where the model is viewpoint-predictive: how much more probable crops at their true viewpoints are than by the latent alone,
+//! and a row of `viewpoint_pairs` by each.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
 //! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).

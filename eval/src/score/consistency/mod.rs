@@ -4,12 +4,12 @@
 //! Kirubarajan 2001, 5.4.2). Of a consistent estimator it follows the chi-square law with `n` degrees of freedom, so that NEES / n is
 //! 1 in the mean. Above 1 the estimator promises too much.
 
+mod normalized_errors;
 mod object;
-mod over_time;
 mod pose;
 
+pub use normalized_errors::NormalizedErrors;
 pub use object::{ObjectGaussian, object_scores};
-pub use over_time::OverTime;
 pub use pose::{PoseConsistency, pose_consistency, pose_scores};
 
 use crate::result::metric::Metric;

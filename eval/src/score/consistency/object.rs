@@ -2,7 +2,7 @@
 
 use super::super::embedding::Scores;
 use super::super::pairs::Pairs;
-use super::{Normalized, OverTime, about, variance_about};
+use super::{Normalized, NormalizedErrors, about, variance_about};
 use crate::result::metric::Metric;
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -60,14 +60,14 @@ pub fn object_scores(
     }
     let center = all(CENTER, centers);
     let yaw = all(YAW, yaws).filter(|_| oriented);
-    let [center_50, center_80, center_95] = center.as_ref().map_or([None; 3], OverTime::inside);
-    let [yaw_50, yaw_80, yaw_95] = yaw.as_ref().map_or([None; 3], OverTime::inside);
+    let [center_50, center_80, center_95] = center.as_ref().map_or([None; 3], NormalizedErrors::inside);
+    let [yaw_50, yaw_80, yaw_95] = yaw.as_ref().map_or([None; 3], NormalizedErrors::inside);
     let (center, yaw) = (center.as_ref(), yaw.as_ref());
     let values = [
-        (Metric::NeesObjectCenter, center.and_then(OverTime::mean_nees)),
-        (Metric::NeesObjectYaw, yaw.and_then(OverTime::mean_nees)),
-        (Metric::ObjectCenterSurprise, center.and_then(OverTime::mean_surprise)),
-        (Metric::ObjectYawSurprise, yaw.and_then(OverTime::mean_surprise)),
+        (Metric::NeesObjectCenter, center.and_then(NormalizedErrors::mean_nees)),
+        (Metric::NeesObjectYaw, yaw.and_then(NormalizedErrors::mean_nees)),
+        (Metric::ObjectCenterSurprise, center.and_then(NormalizedErrors::mean_surprise)),
+        (Metric::ObjectYawSurprise, yaw.and_then(NormalizedErrors::mean_surprise)),
         (Metric::ObjectCenterInside50, center_50),
         (Metric::ObjectCenterInside80, center_80),
         (Metric::ObjectCenterInside95, center_95),
@@ -79,8 +79,8 @@ pub fn object_scores(
 }
 
 /// All errors, of so many numbers each; `None` where one has no covariance that is positive definite.
-fn all(degrees: usize, errors: Vec<Option<Normalized>>) -> Option<OverTime> {
-    let mut all = OverTime::of(degrees);
+fn all(degrees: usize, errors: Vec<Option<Normalized>>) -> Option<NormalizedErrors> {
+    let mut all = NormalizedErrors::of(degrees);
     for error in errors {
         all.push(error?);
     }

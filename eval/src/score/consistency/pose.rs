@@ -2,7 +2,7 @@
 
 use super::super::embedding::Scores;
 use super::super::pairs::Pairs;
-use super::{Normalized, OverTime, POSE, about};
+use super::{Normalized, NormalizedErrors, POSE, about};
 use crate::result::metric::Metric;
 use nalgebra::{Matrix6, Vector3};
 use vantage_dataset::se3::log;
@@ -15,11 +15,11 @@ const HEADING: usize = 1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseConsistency {
     /// Of the whole pose.
-    pub pose: OverTime,
+    pub pose: NormalizedErrors,
     /// Of the position.
-    pub position: OverTime,
+    pub position: NormalizedErrors,
     /// Of the rotation about the vertical.
-    pub heading: OverTime,
+    pub heading: NormalizedErrors,
 }
 
 /// Holds poses against their covariances, of the right perturbation, rotation first.
@@ -33,7 +33,7 @@ pub fn pose_consistency(pairs: &Pairs, covariances: &[Matrix6<f64>]) -> Option<P
     if covariances.len() != pairs.truth().len() || covariances.len() < 2 {
         return None;
     }
-    let [mut pose, mut position, mut heading] = [POSE, POSITION, HEADING].map(OverTime::of);
+    let [mut pose, mut position, mut heading] = [POSE, POSITION, HEADING].map(NormalizedErrors::of);
     for ((truth, estimate), covariance) in pairs.from_first().zip(covariances).skip(1) {
         let xi = log(&estimate.inv_mul(&truth));
         let (omega, v) = (xi.fixed_rows::<3>(0).into_owned(), xi.fixed_rows::<3>(3).into_owned());

@@ -1,4 +1,4 @@
-//! Errors of one kind against their covariances, one after the other.
+//! Errors of one kind, of steps or of objects, against their covariances.
 
 use super::super::calibration::REGIONS;
 use super::Normalized;
@@ -6,7 +6,7 @@ use crate::result::distribution::chi_squared_cdf;
 
 /// NEES and negative log-likelihoods of errors of the same numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OverTime {
+pub struct NormalizedErrors {
     degrees: usize,
     /// NEES over the error's numbers.
     pub nees: Vec<f64>,
@@ -14,7 +14,7 @@ pub struct OverTime {
     pub surprise: Vec<f64>,
 }
 
-impl OverTime {
+impl NormalizedErrors {
     /// Of errors of `degrees` numbers.
     pub(super) fn of(degrees: usize) -> Self {
         Self { degrees, ..Self::default() }
