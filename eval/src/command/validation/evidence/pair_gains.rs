@@ -11,12 +11,12 @@ use vantage_slam::Pairing;
 /// Ways to pair views that are tried, with their names.
 pub const PAIRINGS: [(&str, Pairing); 7] = [
     ("star", Pairing::Star),
-    ("star, 25% the first view's own noise", Pairing::NoisyStar(0.25)),
-    ("star, 50%", Pairing::NoisyStar(0.5)),
-    ("star, 75%", Pairing::NoisyStar(0.75)),
+    ("star, 25% own noise", Pairing::NoisyStar(0.25)),
+    ("star, 50% own noise", Pairing::NoisyStar(0.5)),
+    ("star, 75% own noise", Pairing::NoisyStar(0.75)),
     ("chain", Pairing::Chain),
     ("disjoint, neighbours", Pairing::Neighbours),
-    ("disjoint, half an episode apart", Pairing::Halves),
+    ("disjoint, halves", Pairing::Halves),
 ];
 
 /// Views by the latent, and by the one that each is given.
