@@ -63,23 +63,6 @@ fn every_scene_with_a_path_has_results_that_are_of_it() {
     }
 }
 
-/// Scenes whose results were made before poses, centres and yaws had coverage. Those that were made again are the same to the last bit.
-const BEFORE_COVERAGE: [&str; 13] = [
-    "aliased",
-    "drifting",
-    "kidnapped",
-    "kidnapped_aliased",
-    "lmo",
-    "meshes_loop",
-    "revisit",
-    "ring",
-    "room",
-    "shelves",
-    "sparse_loop_predictive",
-    "tabletop",
-    "there_and_back",
-];
-
 #[test]
 fn results_have_all_scores_that_a_run_has_today() {
     assert!(all().len() >= 21, "{:?}", all());
@@ -96,11 +79,9 @@ fn results_have_all_scores_that_a_run_has_today() {
             assert_eq!(metrics, expected, "{name}, {}: make its results again", table.name);
         }
         let drives = results.table(TRAJECTORIES).is_some();
-        let is_old = BEFORE_COVERAGE.contains(&results.scene.as_str());
-        assert!(!is_old || results.table(COVERAGE).is_none(), "{name} has coverage: take it off the list");
-        let consistency = [(CONSISTENCY, &COLUMNS[..]), (COVERAGE, &INSIDE)];
-        let semantics = (SEMANTICS, &semantics::COLUMNS[..]);
-        for (table, columns) in consistency.into_iter().filter(|_| !is_old).chain([semantics]) {
+        let of_posteriors =
+            [(CONSISTENCY, &COLUMNS[..]), (COVERAGE, &INSIDE), (SEMANTICS, &semantics::COLUMNS)];
+        for (table, columns) in of_posteriors {
             let metrics = results.table(table).map(|stored| stored.metrics());
             assert_eq!(metrics, drives.then_some(columns), "{name}, {table}: make its results again");
         }

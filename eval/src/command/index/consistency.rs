@@ -29,23 +29,23 @@ const SCORES: [(Metric, f64); 10] = [
 
 /// A page of all scenes that have trajectories, Markdown, with links from the folder of results; none where there are none.
 pub fn consistencies(scenes: &[Results]) -> Option<String> {
-    let tables: Vec<(&str, &Table, Option<&Table>)> = (scenes.iter())
-        .filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?, of.table(COVERAGE))))
+    let tables: Vec<(&str, &Table, &Table)> = (scenes.iter())
+        .filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?, of.table(COVERAGE)?)))
         .collect();
     if tables.is_empty() {
         return None;
     }
     let mut rows = String::new();
     let (mut cells, mut bold) = (0, 0);
-    for &(scene, table, coverage) in &tables {
+    for &(scene, consistency, coverage) in &tables {
         let is_shown = |row: &&String| {
             [Row::Odometry, Row::Geometric].iter().any(|of| of.to_string() == **row) || is_learned(row)
         };
-        for row in table.methods().iter().filter(is_shown) {
-            let seeds = table.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
+        for row in consistency.methods().iter().filter(is_shown) {
+            let seeds = consistency.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
             rows += &format!("| [{scene}](scenes/{scene}/{TABLES}) | `{row}` | {seeds} |");
             for (metric, wanted) in SCORES {
-                let table = coverage.filter(|_| !metric.is_nees()).unwrap_or(table);
+                let table = if metric.is_nees() { consistency } else { coverage };
                 let Some(mean) = table.cell(row, metric).mean else {
                     rows += &format!(" {UNDEFINED} |");
                     continue;

@@ -3,7 +3,7 @@
 //! First what boxes say, over those that the border does not cut. For `estimator.bearing_noise`, the root mean square of
 //! the offset of the box centre from the object's centre, whole and in box sides; for `estimator.size_over_box_side`,
 //! the median of the object's size over the box side at the object's distance. Then the fit by maximum marginal likelihood of
-//! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`, and what each makes of `geometric`.
+//! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`, and what each, and each `estimator.bearing_kernel`, makes of `geometric`.
 //!
 //! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they
 //! promise.
@@ -41,12 +41,21 @@ use crate::score::pairs::{Pairs, PairsError};
 use nalgebra::Point3;
 use std::io::Write;
 use vantage_slam::discrepancy::Discrepant;
+use vantage_slam::noise::Kernel;
 use vantage_slam::{
     Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate, OdometryOnly, Semantic,
     SemanticSettings, Settings, ViewpointPairs,
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
+/// `estimator.bearing_kernel`, with names.
+const KERNELS: [(&str, Kernel); 5] = [
+    ("Huber, 2", Kernel::Huber { threshold: 2.0 }),
+    ("Student t, 8", Kernel::StudentT { degrees_of_freedom: 8.0 }),
+    ("Student t, 4", Kernel::StudentT { degrees_of_freedom: 4.0 }),
+    ("Student t, 2", Kernel::StudentT { degrees_of_freedom: 2.0 }),
+    ("Student t, 1", Kernel::StudentT { degrees_of_freedom: 1.0 }),
+];
 /// `estimator.unknown_margin`, nats.
 const MARGINS: [f64; 4] = [100.0, 50.0, 20.0, 0.0];
 
@@ -88,6 +97,10 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for (name, fit) in ["noise fitted", "offset fitted"].iter().zip(&fits) {
         let geometry =
             GeometrySettings { bearing_noise: fit.noise, bearing_offset: fit.offset, ..settings.geometry };
+        rows.push(row(name, &of(&Geometric::new(&Settings { geometry, ..settings }))?)?);
+    }
+    for (name, bearing_kernel) in KERNELS {
+        let geometry = GeometrySettings { bearing_kernel, ..settings.geometry };
         rows.push(row(name, &of(&Geometric::new(&Settings { geometry, ..settings }))?)?);
     }
     print(stdout, &head("Row"), rows)?;
