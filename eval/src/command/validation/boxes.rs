@@ -4,6 +4,10 @@ use super::Trial;
 use crate::result::statistics::quantile;
 use nalgebra::{Point3, Vector2};
 use std::collections::BTreeMap;
+use vantage_slam::bearing_offset::BearingOffset;
+
+/// Of a length at which the offset does not change with the azimuth: its harmonics beyond the constant are left out.
+const ALIKE: BearingOffset = BearingOffset { horizontal: 0.0, vertical: 0.0, length: 10.0, smoothness: 1.5 };
 
 /// One box.
 pub struct SeenBox {
@@ -64,6 +68,17 @@ impl Boxes {
     /// The same, in box sides.
     pub fn offset_in_sides(&self) -> f64 {
         self.root_mean_square(|seen| seen.angular_size)
+    }
+
+    /// The offset that is alike from all sides: deviations are root mean squares over objects of what their boxes are off by in the mean.
+    pub fn constant_offset(&self) -> BearingOffset {
+        let mean = |seen: &Vec<SeenBox>| {
+            seen.iter().map(|one| one.offset / one.angular_size).sum::<Vector2<f64>>() / seen.len() as f64
+        };
+        let squares: Vector2<f64> =
+            self.by_object.iter().map(mean).map(|mean| mean.component_mul(&mean)).sum();
+        let deviations = (squares / self.by_object.len() as f64).map(f64::sqrt);
+        BearingOffset { horizontal: deviations.x, vertical: deviations.y, ..ALIKE }
     }
 
     fn root_mean_square(&self, unit: impl Fn(&SeenBox) -> f64) -> f64 {

@@ -3,7 +3,8 @@
 //! First what boxes say, over those that the border does not cut. For `estimator.bearing_noise`, the root mean square of
 //! the offset of the box centre from the object's centre, whole and in box sides; for `estimator.size_over_box_side`,
 //! the median of the object's size over the box side at the object's distance. Then the fit by maximum marginal likelihood of
-//! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`, and what each, and each `estimator.bearing_kernel`, makes of `geometric`.
+//! `estimator.bearing_noise` alone, and with `estimator.bearing_offset`; and, for the latter, by how much objects' boxes are off alike from all sides.
+//! What each, each `estimator.bearing_kernel`, and no `estimator.odometry_bias`, makes of `geometric`.
 //!
 //! Then what crops tell of pairs of tracklets, which `--associate` weighs: log losses by the exponents of likenesses, and what comes of what they
 //! promise.
@@ -26,7 +27,7 @@
 use super::boxes::Boxes;
 use super::hyperparameters::hyperparameters;
 use super::likeness::likeness_rows;
-use super::offset_fit::OffsetFit;
+use super::offset_fit::{OffsetFit, described};
 use super::told_evidence::{fitted_discrepancy, print_pairings};
 use super::{Trial, columns, estimated, evidence, open, print, trials};
 use crate::command::cli::CalibrateArgs;
@@ -43,8 +44,8 @@ use std::io::Write;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::noise::Kernel;
 use vantage_slam::{
-    Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate, OdometryOnly, Semantic,
-    SemanticSettings, Settings, ViewpointPairs,
+    Estimate, EstimateError, Estimator, Geometric, GeometrySettings, ObjectEstimate, OdometryOnly,
+    OdometrySettings, Semantic, SemanticSettings, Settings, ViewpointPairs,
 };
 
 const SCALES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
@@ -91,18 +92,22 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for fit in &fits {
         writeln!(stdout, "{fit}")?;
     }
+    let constant = boxes.constant_offset();
+    writeln!(stdout, "alike from all sides: {}", described(&constant))?;
     let (fitted, likelihood) = hyperparameters(&trials);
     writeln!(stdout, "gaussian process, log marginal likelihood {likelihood:.0}: {fitted:#.4?}\n")?;
     let mut rows = vec![row("odometry", &of(&OdometryOnly::new(&settings))?)?, row("geometric", &geometric)?];
-    for (name, fit) in ["noise fitted", "offset fitted"].iter().zip(&fits) {
-        let geometry =
-            GeometrySettings { bearing_noise: fit.noise, bearing_offset: fit.offset, ..settings.geometry };
+    let geometries = ["noise fitted", "offset fitted"].into_iter().zip(&fits).map(|(name, fit)| {
+        (name, GeometrySettings { bearing_noise: fit.noise, bearing_offset: fit.offset, ..settings.geometry })
+    });
+    let constant = GeometrySettings { bearing_offset: Some(constant), ..settings.geometry };
+    let kernels = KERNELS
+        .map(|(name, bearing_kernel)| (name, GeometrySettings { bearing_kernel, ..settings.geometry }));
+    for (name, geometry) in geometries.chain([("offset constant", constant)]).chain(kernels) {
         rows.push(row(name, &of(&Geometric::new(&Settings { geometry, ..settings }))?)?);
     }
-    for (name, bearing_kernel) in KERNELS {
-        let geometry = GeometrySettings { bearing_kernel, ..settings.geometry };
-        rows.push(row(name, &of(&Geometric::new(&Settings { geometry, ..settings }))?)?);
-    }
+    let odometry = OdometrySettings { bias: None };
+    rows.push(row("no bias", &of(&Geometric::new(&Settings { odometry, ..settings }))?)?);
     print(stdout, &head("Row"), rows)?;
 
     let embedding = embedding(&pipeline)?;

@@ -85,12 +85,19 @@ impl fmt::Display for OffsetFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let BearingNoise { fixed, proportional } = self.noise;
         write!(f, "bearing_noise: {{ fixed: {fixed:.5}, proportional: {proportional:.4} }}")?;
-        if let Some(BearingOffset { horizontal, vertical, length, smoothness }) = self.offset {
-            write!(f, ", bearing_offset: {{ horizontal: {horizontal:.4}, vertical: {vertical:.4}, ")?;
-            write!(f, "length: {length:.2}, smoothness: {smoothness:.2} }}")?;
+        if let Some(offset) = &self.offset {
+            write!(f, ", {}", described(offset))?;
         }
         write!(f, ": log-likelihood {:.1}", self.log_likelihood)
     }
+}
+
+/// As a scene has it.
+pub fn described(offset: &BearingOffset) -> String {
+    let BearingOffset { horizontal, vertical, length, smoothness } = offset;
+    format!(
+        "bearing_offset: {{ horizontal: {horizontal:.4}, vertical: {vertical:.4}, length: {length:.2}, smoothness: {smoothness:.2} }}"
+    )
 }
 
 /// Of one object's boxes, both coordinates.
