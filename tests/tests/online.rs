@@ -13,9 +13,14 @@ fn estimates_after_every_step_are_a_table_a_plot_times_and_paths() {
     command.arg("--online");
     let told = Finished::of(&mut command);
     told.expect(0, &["online: 2 of 2"]);
-    for said in
-        ["Newest position", "milliseconds a step", "online.svg", "<method>.online.tum", "step_times.md"]
-    {
+    for said in [
+        "Newest position",
+        "milliseconds a step",
+        "online.svg",
+        "<method>.online.tum",
+        "step_times.md",
+        "step_errors.csv",
+    ] {
         assert!(told.stdout.contains(said), "{said} is missing: {}", told.stdout);
     }
     let place = scene.path("out/scenes/small");
@@ -40,6 +45,11 @@ fn estimates_after_every_step_are_a_table_a_plot_times_and_paths() {
     }
     let times = fs::read_to_string(place.join("step_times.md")).unwrap();
     assert!(times.contains("| geometric ") && times.contains("| geometric, 3 seen "), "{times}");
+
+    let errors = fs::read_to_string(place.join("step_errors.csv")).unwrap();
+    assert!(errors.starts_with("step,odometry,geometric,viewpoint_dependent\n0,0.000000,"), "{errors}");
+    let steps = fs::read_to_string(place.join("0/geometric.tum")).unwrap().lines().count();
+    assert_eq!(errors.lines().count(), steps + 1, "{errors}");
 
     let scores = |table: &str| Results::read(&place).unwrap().table(table).cloned();
     let before = scores("online");

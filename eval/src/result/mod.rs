@@ -23,6 +23,7 @@ pub mod results_file;
 pub mod run;
 pub mod standing;
 pub mod statistics;
+pub mod step_errors;
 pub mod step_times;
 pub mod summary_text;
 pub mod table;

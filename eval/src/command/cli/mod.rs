@@ -103,8 +103,8 @@ pub struct RunArgs {
     #[arg(long)]
     #[serde(skip)]
     pub replace: bool,
-    /// Estimates also after every step, as a robot would: adds a table, `online.svg`, `step_times.md` and, of the newest poses,
-    /// `<seed>/<method>.online.tum`.
+    /// Estimates also after every step, as a robot would: adds a table, `online.svg`, `step_errors.csv`, `step_times.md`
+    /// and, of the newest poses, `<seed>/<method>.online.tum`.
     #[arg(long)]
     #[serde(skip)]
     pub online: bool,

@@ -7,7 +7,6 @@ use crate::result::report::TABLES;
 use crate::result::results_file::Results;
 use crate::result::table::Table;
 use crate::scene_file::row::Row;
-use crate::scene_file::row_name::is_learned;
 use crate::score::consistency::{CONSISTENCY, COVERAGE};
 
 /// Name of the page.
@@ -29,8 +28,8 @@ const SCORES: [(Metric, f64); 10] = [
 
 /// A page of all scenes that have trajectories, Markdown, with links from the folder of results; none where there are none.
 pub fn consistencies(scenes: &[Results]) -> Option<String> {
-    let tables: Vec<(&str, &Table, &Table)> = (scenes.iter())
-        .filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?, of.table(COVERAGE)?)))
+    let tables: Vec<(&str, &Table, Option<&Table>)> = (scenes.iter())
+        .filter_map(|of| Some((of.scene.as_str(), of.table(CONSISTENCY)?, of.table(COVERAGE))))
         .collect();
     if tables.is_empty() {
         return None;
@@ -38,15 +37,14 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
     let mut rows = String::new();
     let (mut cells, mut bold) = (0, 0);
     for &(scene, consistency, coverage) in &tables {
-        let is_shown = |row: &&String| {
-            [Row::Odometry, Row::Geometric].iter().any(|of| of.to_string() == **row) || is_learned(row)
-        };
-        for row in consistency.methods().iter().filter(is_shown) {
+        let is_control = |row: &str| row == Row::Uninformative.to_string();
+        for row in consistency.methods().iter().filter(|row| !is_control(row)) {
             let seeds = consistency.runs_of(row).iter().filter(|run| run.failure().is_none()).count();
             rows += &format!("| [{scene}](scenes/{scene}/{TABLES}) | `{row}` | {seeds} |");
             for (metric, wanted) in SCORES {
-                let table = if metric.is_nees() { consistency } else { coverage };
-                let Some(mean) = table.cell(row, metric).mean else {
+                let of = if metric.is_nees() { Some(consistency) } else { coverage };
+                let scored = of.and_then(|table| Some((table, table.cell(row, metric).mean?)));
+                let Some((table, mean)) = scored else {
                     rows += &format!(" {UNDEFINED} |");
                     continue;
                 };
@@ -65,6 +63,7 @@ pub fn consistencies(scenes: &[Results]) -> Option<String> {
                     What columns are: `docs/scores.md`.\n\n\
                     Means over seeds with 95% BCa intervals; of a NEES in brackets the median and the most of a seed.\n\
                     A NEES above 1 promises too much, one below too little. Of what lies in 95% regions 0.95 is meant.\n\n\
+                    The control, whose model says nothing, is left out: it is *geometric*.\n\n\
                     Bold: the interval excludes what is meant. {bold} of {cells} cells are; about {} would be, were all honest and intervals exact.\n\
                     Of 10 to 20 seeds they are too narrow, and one seed that is far off may make a cell bold: look at the brackets.\n\n\
                     | scene | row | seeds |",
@@ -88,7 +87,7 @@ mod tests {
     use vantage_dataset::Seed;
 
     #[test]
-    fn what_is_off_its_target_is_bold_and_only_rows_of_interest_are_shown() {
+    fn what_is_off_its_target_is_bold_and_all_rows_but_the_control_are_shown() {
         assert_eq!(consistencies(&[Results::new("silent", "abc", vec![])]), None);
         let methods = ["geometric", "viewpoint_dependent", "uninformative"];
         let columns = [Metric::NeesPose, Metric::NeesObjectYaw];

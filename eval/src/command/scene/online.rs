@@ -1,11 +1,13 @@
-//! What a run leaves of estimates after every step: newest poses as TUM files, their errors drawn, and how long steps took.
+//! What a run leaves of estimates after every step: newest poses as TUM files, their errors by step and drawn, and how long
+//! steps took.
 
 use super::line::Scored;
 use crate::command::error::BenchError;
-use crate::figure::online::{Errors, online_svg};
+use crate::figure::online::online_svg;
 use crate::pipeline::OnlineRun;
 use crate::result::folder::ResultFolder;
 use crate::result::grid::Style;
+use crate::result::step_errors::{STEP_ERRORS, StepErrors, over_seeds, step_errors};
 use crate::result::step_times::{STEP_TIMES, step_times};
 use crate::result::trajectory::Trajectory;
 use crate::score::online::newest_errors;
@@ -19,7 +21,8 @@ const PICTURE: &str = "online.svg";
 
 /// Writes them; returns the picture's name, where there is one.
 pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Option<&'static str>, BenchError> {
-    let mut errors: Vec<Errors<'_>> = scored.methods.iter().map(|name| (&**name, Vec::new())).collect();
+    let mut errors: Vec<(&str, Vec<Vec<f64>>)> =
+        scored.methods.iter().map(|name| (&**name, Vec::new())).collect();
     let mut by_detections: BTreeMap<(usize, usize), Vec<Duration>> = BTreeMap::new();
     for ((seed, episode), (_, runs)) in scored.episodes.iter().zip(&scored.online) {
         let Ok(episode) = episode else { continue };
@@ -38,11 +41,13 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Option<&'static s
         }
     }
     errors.retain(|(_, seeds)| !seeds.is_empty());
+    let errors: Vec<StepErrors<'_>> = errors.iter().map(|(name, seeds)| (*name, over_seeds(seeds))).collect();
     if errors.is_empty() {
         return Ok(None);
     }
     let title = format!("{}: where the robot takes itself to be, step by step", scored.results.scene);
     folder.write(PICTURE, online_svg(&title, &errors)?.as_bytes())?;
+    folder.write(STEP_ERRORS, step_errors(&errors).as_bytes())?;
     let named = |((row, seen), times)| (format!("{}, {seen} seen", scored.methods[row]), times);
     let by_detections: Vec<(String, Vec<Duration>)> = by_detections.into_iter().map(named).collect();
     let tables =

@@ -10,6 +10,7 @@ use crate::command::report::REPORT;
 use crate::result::grid::Style;
 use crate::result::report::TABLES;
 use crate::result::results_file::FILE_NAME;
+use crate::result::step_errors::STEP_ERRORS;
 use crate::result::step_times::{STEP_TIMES, step_times};
 use crate::result::{summary_text, table_text};
 use crate::score::association::ASSOCIATION;
@@ -47,7 +48,7 @@ pub fn say(
     }
     if !scored.online.is_empty() {
         kinds.push(("newest poses", vec!["<seed>/<method>.online.tum"]));
-        kinds.push(("step times", vec![STEP_TIMES]));
+        kinds.push(("by step", vec![STEP_ERRORS, STEP_TIMES]));
     }
     if !scored.associations.is_empty() {
         kinds.push(("associations", vec!["<seed>/<row>.association.csv"]));
