@@ -23,12 +23,20 @@ fn the_worth_of_a_crop_is_told_by_its_scale() {
     let scene = SmallScene::new(&[]);
     let first = on(&scene, "calibrate", &["2"]);
     first.expect(0, &[]);
-    let told = ["size over box side: 1.", "bearing_noise: {", "bearing_offset: {", "│ offset fitted "];
+    let told = [
+        "size over box side: 1.",
+        "bearing_noise: {",
+        "bearing_offset: {",
+        "alike from all sides: bearing_offset: {",
+    ];
     assert!(told.iter().all(|told| first.stdout.contains(told)), "{}", first.stdout);
     let boxes = rows(&first.stdout, "Row");
     let kernels = boxes.iter().filter(|row| row[0].starts_with("Huber") || row[0].starts_with("Student t"));
     assert_eq!(kernels.count(), 5, "{boxes:?}");
     let of = |name: &str| boxes.iter().find(|row| row[0] == name).map(|row| &row[1..]);
+    let moves = |name: &str| of(name).is_some_and(|row| Some(row) != of("geometric"));
+    let tried = ["noise fitted", "offset fitted", "offset constant", "no bias"];
+    assert!(tried.iter().all(|name| of(name).is_some()) && moves("offset constant"), "{boxes:?}");
     assert!(of("geometric") == of("Huber, 2") && of("Huber, 2") != of("Student t, 1"), "{boxes:?}");
     let losses = rows(&first.stdout, "Exponents");
     assert_eq!(losses.len(), 12, "{}", first.stdout);

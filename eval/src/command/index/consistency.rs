@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn what_is_off_its_target_is_bold_and_all_rows_but_the_control_are_shown() {
         assert_eq!(consistencies(&[Results::new("silent", "abc", vec![])]), None);
-        let methods = ["geometric", "viewpoint_dependent", "uninformative"];
+        let methods = ["geometric", "viewpoint_dependent", "uninformative", "azimuth_head"];
         let columns = [Metric::NeesPose, Metric::NeesObjectYaw];
         let scores = |pose, yaw| [(Metric::NeesPose, pose), (Metric::NeesObjectYaw, yaw)];
         let mut runs = Vec::new();
@@ -99,6 +99,7 @@ mod tests {
             runs.push(run("geometric", seed as u64, &[(Metric::NeesPose, near)]));
             runs.push(run("viewpoint_dependent", seed as u64, &scores(far, yaw)));
             runs.push(run("uninformative", seed as u64, &[(Metric::NeesPose, near)]));
+            runs.push(run("azimuth_head", seed as u64, &[(Metric::NeesPose, near)]));
         }
         let seeds = [Seed(0), Seed(1), Seed(2)];
         let table = Table::new(CONSISTENCY, &methods, None, &columns, &seeds, runs).unwrap();
@@ -108,6 +109,8 @@ mod tests {
             .collect();
         let columns = [Metric::PositionInside95];
         let coverage = Table::new(COVERAGE, &["geometric"], None, &columns, &seeds, inside).unwrap();
+        let without = consistencies(&[Results::new("one", "abc", vec![table.clone()])]).unwrap();
+        assert!(without.contains("1 of 4 cells are;"), "{without}");
         let page = consistencies(&[Results::new("one", "abc", vec![table, coverage])]).unwrap();
         let lines: Vec<&str> = page.lines().filter(|line| line.starts_with("| [one]")).collect();
         let link = "| [one](scenes/one/tables.md)";
@@ -120,10 +123,13 @@ mod tests {
                 format!(
                     "{link} | `viewpoint_dependent` | 3 | **3.000 [2.900, 3.100]** (3.0, 3.1) | - | - | - | 14.000 [1.000, 40.000] (1.0, 40.0) | - | - | - | - | - |"
                 ),
+                format!(
+                    "{link} | `azimuth_head` | 3 | 1.000 [0.900, 1.100] (1.0, 1.1) | - | - | - | - | - | - | - | - | - |"
+                ),
             ]
         );
         assert!(
-            page.contains("Bold: the interval excludes what is meant. 2 of 4 cells are; about 0 would be,")
+            page.contains("Bold: the interval excludes what is meant. 2 of 5 cells are; about 0 would be,")
         );
     }
 }

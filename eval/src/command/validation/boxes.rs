@@ -87,3 +87,24 @@ impl Boxes {
         (squares.sum::<f64>() / (2 * count) as f64).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn the_constant_offset_is_of_the_means_of_objects_in_box_sides() {
+        let seen = |sides: [f64; 2], angular_size: f64| SeenBox {
+            direction: [1.0, 0.0],
+            angular_size,
+            offset: Vector2::from(sides) * angular_size,
+        };
+        let one = vec![seen([0.01, 0.05], 0.1), seen([-0.01, 0.03], 0.2)];
+        let other = vec![seen([0.02, -0.03], 0.1)];
+        let found = Boxes { by_object: vec![one, other], size_over_side: 1.0 }.constant_offset();
+        assert_relative_eq!(found.horizontal, 0.02 / 2.0_f64.sqrt(), epsilon = 1e-12);
+        assert_relative_eq!(found.vertical, (0.0025_f64 / 2.0).sqrt(), epsilon = 1e-12);
+        assert_eq!(found.harmonics().count(), 1);
+    }
+}

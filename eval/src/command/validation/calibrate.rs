@@ -92,15 +92,15 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     for fit in &fits {
         writeln!(stdout, "{fit}")?;
     }
-    let constant = boxes.constant_offset();
-    writeln!(stdout, "alike from all sides: {}", described(&constant))?;
+    let alike = boxes.constant_offset();
+    writeln!(stdout, "alike from all sides: {}", described(&alike))?;
     let (fitted, likelihood) = hyperparameters(&trials);
     writeln!(stdout, "gaussian process, log marginal likelihood {likelihood:.0}: {fitted:#.4?}\n")?;
     let mut rows = vec![row("odometry", &of(&OdometryOnly::new(&settings))?)?, row("geometric", &geometric)?];
     let geometries = ["noise fitted", "offset fitted"].into_iter().zip(&fits).map(|(name, fit)| {
         (name, GeometrySettings { bearing_noise: fit.noise, bearing_offset: fit.offset, ..settings.geometry })
     });
-    let constant = GeometrySettings { bearing_offset: Some(constant), ..settings.geometry };
+    let constant = GeometrySettings { bearing_offset: Some(alike), ..settings.geometry };
     let kernels = KERNELS
         .map(|(name, bearing_kernel)| (name, GeometrySettings { bearing_kernel, ..settings.geometry }));
     for (name, geometry) in geometries.chain([("offset constant", constant)]).chain(kernels) {
