@@ -76,10 +76,10 @@ impl Progress {
     /// Says a line, whatever stage is under way.
     pub fn note(&self, line: &str) {
         match &self.0 {
-            Target::Notes | Target::Bars => eprintln!("{line}"),
+            Target::Notes | Target::Bars => say(line),
             Target::Once(said) => {
                 if said.lock().unwrap_or_else(PoisonError::into_inner).insert(line.to_owned()) {
-                    eprintln!("{line}");
+                    say(line);
                 }
             }
             Target::Lines { sink, .. } => print(sink, line),
@@ -157,6 +157,11 @@ impl Drop for Stage {
             }
         }
     }
+}
+
+/// Says a line on standard error. That nobody reads it is no reason to stop.
+pub fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// A progress line that cannot be written is no reason to stop.

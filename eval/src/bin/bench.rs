@@ -7,6 +7,7 @@ use vantage_eval::command::interrupt::tell_when_interrupted;
 use vantage_eval::command::no_display::start_over;
 use vantage_eval::command::run::run;
 use vantage_eval::command::source::command_line;
+use vantage_eval::progress::say;
 
 /// By which calls of models take less time: see docs/speed.md.
 #[global_allocator]
@@ -18,7 +19,7 @@ fn main() -> ExitCode {
     tell_when_interrupted(&cli);
     let (exit, message) = end(|| run(cli, &mut std::io::stdout().lock()));
     if let Some(message) = message {
-        eprintln!("{message}");
+        say(&message);
     }
     exit.into()
 }

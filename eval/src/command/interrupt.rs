@@ -6,6 +6,7 @@ use super::cli::Cli;
 #[cfg(unix)]
 pub fn tell_when_interrupted(cli: &Cli) {
     use crate::exit::Exit;
+    use crate::progress::say;
     use signal_hook::consts::SIGINT;
     use signal_hook::iterator::Signals;
     use std::io::IsTerminal;
@@ -17,7 +18,7 @@ pub fn tell_when_interrupted(cli: &Cli) {
         if signals.forever().next().is_some() {
             // After a progress bar, or the terminal's own `^C`, the line is not at its start.
             let start = if std::io::stderr().is_terminal() { "\n" } else { "" };
-            eprintln!("{start}{message}");
+            say(&format!("{start}{message}"));
             std::process::exit(Exit::Interrupted as i32);
         }
     });

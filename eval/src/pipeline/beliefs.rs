@@ -43,7 +43,7 @@ pub(super) fn table(
             earlier.map(|(other, own)| (other.seed, &own[..])).collect();
         earlier.sort_by_key(|(seed, _)| *seed);
         let gallery: Vec<Belief> = earlier.into_iter().flat_map(|(_, own)| own.iter().cloned()).collect();
-        Run { scores: semantic_scores(own, &gallery), ..run.clone() }
+        Run { scores: semantic_scores(own, &gallery, run.seed), ..run.clone() }
     };
     let runs = left.iter().filter(|(run, _)| methods.contains(&&*run.method)).map(scored).collect();
     Table::new(SEMANTICS, &methods, None, &COLUMNS, seeds, runs).map(Some)

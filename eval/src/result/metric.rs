@@ -197,6 +197,10 @@ metrics! {
     ApartSettled => "Settled, from the whole episode's", "apart_settled_m", Meter, Lower;
     /// Recall@1 of an object's class by what was believed of objects in earlier episodes: [`crate::score::semantics::class_recall`].
     ClassRecallAt1 => "Class recall@1, earlier episodes", "class_recall_at_1_earlier", Ratio, Higher;
+    /// Class accuracy among objects by one tagged object a class of earlier episodes: [`crate::score::grounding::ground_objects`].
+    ClassOf1Tag => "Class, 1 tag, earlier episodes", "class_of_1_tag_earlier", Ratio, Higher;
+    /// By the mean of three.
+    ClassOf3Tags => "Class, 3 tags, earlier episodes", "class_of_3_tags_earlier", Ratio, Higher;
     /// Adjusted Rand index of clusters of what was believed of objects in this episode and earlier ones, and of their classes.
     ClassAri => "Class ARI, with earlier episodes", "class_ari_earlier", Ratio, Higher;
     /// Share of objects whose most probable class by P(c | H) is theirs.

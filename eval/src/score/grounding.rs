@@ -6,6 +6,8 @@ use vantage_dataset::{Seed, Stream};
 
 /// Tagged images of each class.
 pub const TAGS: [usize; 4] = [1, 2, 5, 10];
+/// Tagged objects of each class, where episodes leave one embedding of an object.
+pub const OBJECT_TAGS: [usize; 2] = [1, 3];
 /// Draws of tags that accuracies are means over.
 const DRAWS: u64 = 20;
 
@@ -62,6 +64,44 @@ pub fn ground(
     Some(Grounding { nearest: mean(sums.nearest), gaussian: mean(sums.gaussian) })
 }
 
+/// Share of the `asked` given their right class, by the nearest mean of [`OBJECT_TAGS`] of the `known` of each class (as
+/// [`Grounding::gaussian`]); the mean over 20 draws. Of each object its class and its embedding.
+///
+/// Classes with fewer known objects than the most tags are left out: the same are told apart with few tags and with many.
+/// `None` where fewer than two classes are left, nothing asked is of them, or the embeddings are not finite and of one length.
+pub fn ground_objects(
+    known: &[(&str, &[f32])],
+    asked: &[(&str, &[f32])],
+    seed: Seed,
+) -> Option<[f64; OBJECT_TAGS.len()]> {
+    let embeddings: Vec<Vec<f32>> = known.iter().chain(asked).map(|(_, of)| of.to_vec()).collect();
+    let mut parted: BTreeMap<&str, Parted> = BTreeMap::new();
+    for (index, (class, _)) in known.iter().enumerate() {
+        parted.entry(class).or_default().taggable.push(index);
+    }
+    let most = OBJECT_TAGS.into_iter().max()?;
+    parted.retain(|_, class| class.taggable.len() >= most);
+    for (index, (class, _)) in asked.iter().enumerate() {
+        if let Some(class) = parted.get_mut(class) {
+            class.scored.push(known.len() + index);
+        }
+    }
+    let mut parted: Vec<Parted> = parted.into_values().collect();
+    let is_asked = parted.iter().any(|class| !class.scored.is_empty());
+    if parted.len() < 2 || !is_asked || !are_comparable(&embeddings) {
+        return None;
+    }
+    let mut sums = [0.0; OBJECT_TAGS.len()];
+    for draw in 0..DRAWS {
+        let mut stream = seed.stream("tags", draw);
+        parted.iter_mut().for_each(|class| stream.shuffle(&mut class.taggable));
+        for (sum, k) in sums.iter_mut().zip(OBJECT_TAGS) {
+            *sum += accuracy(&embeddings, &parted, k, false);
+        }
+    }
+    Some(sums.map(|sum| sum / DRAWS as f64))
+}
+
 /// Images by instance by class, classes with two instances or more, all by first occurrence.
 fn members(instances: &[usize], classes: &[usize]) -> Vec<Vec<Vec<usize>>> {
     let mut places: BTreeMap<usize, (usize, BTreeMap<usize, usize>)> = BTreeMap::new();
@@ -83,6 +123,7 @@ fn members(instances: &[usize], classes: &[usize]) -> Vec<Vec<Vec<usize>>> {
 }
 
 /// A class in one draw.
+#[derive(Default)]
 struct Parted {
     /// Images to tag, in the order they are.
     taggable: Vec<usize>,
@@ -203,5 +244,44 @@ mod tests {
         let collapsed = vec![vec![1.0f32]; 48];
         let (instances, classes) = labels(2, 2, 12);
         assert_eq!(ground(&collapsed, &instances, &classes, Seed(0)).unwrap().nearest[3], Some(0.0));
+    }
+
+    #[test]
+    fn objects_are_asked_of_classes_that_have_all_tags() {
+        let known: Vec<(&str, [f32; 1])> = (0..9)
+            .map(|i| (["mug", "book", "shoe"][i % 3], [(i % 3) as f32]))
+            .chain([("duck", [9.0])])
+            .collect();
+        let known: Vec<(&str, &[f32])> = known.iter().map(|(class, of)| (*class, &of[..])).collect();
+        let of = |asked: &[(&str, &[f32])]| ground_objects(&known, asked, Seed(0));
+        assert_eq!(of(&[("mug", &[0.1]), ("book", &[1.2])]), Some([1.0, 1.0]));
+        assert_eq!(of(&[("mug", &[0.1]), ("book", &[0.2])]), Some([0.5, 0.5]));
+        assert_eq!(of(&[("mug", &[0.1]), ("duck", &[2.0])]), Some([1.0, 1.0]), "one duck is known");
+        assert_eq!(of(&[("mug", &[0.5])]), Some([0.0, 0.0]), "as near to a book");
+        for asked in [&[][..], &[("duck", &[9.0][..])], &[("mug", &[f32::NAN])], &[("mug", &[0.0, 0.0])]] {
+            assert_eq!(of(asked), None);
+        }
+        assert_eq!(ground_objects(&known[..2], &[("mug", &[0.0])], Seed(0)), None, "no class has three");
+    }
+
+    #[test]
+    fn three_tagged_objects_tell_more_than_one_and_those_alike_nothing() {
+        let mut stream = Seed(4).stream("objects", 0);
+        let mut draw = |apart: f64| -> Vec<(&str, Vec<f32>)> {
+            let mut of = |class: usize, axis: usize| -> f32 {
+                (apart * f64::from(u8::from(class == axis)) + stream.normal()) as f32
+            };
+            let names = ["a", "b", "c", "d"];
+            (0..400).map(|i| (names[i % 4], (0..4).map(|axis| of(i % 4, axis)).collect())).collect()
+        };
+        let share = |objects: &[(&str, Vec<f32>)]| {
+            let of: Vec<(&str, &[f32])> = objects.iter().map(|(class, of)| (*class, &of[..])).collect();
+            ground_objects(&of[..200], &of[200..], Seed(1)).unwrap()
+        };
+        let [one, three] = share(&draw(3.0));
+        assert!(one > 0.5 && three > one + 0.1, "{one} {three}");
+        assert!(share(&draw(0.0)).iter().all(|share| (share - 0.25).abs() < 0.06));
+        let alike: Vec<(&str, Vec<f32>)> = (0..400).map(|i| (["a", "b"][i % 2], vec![0.0])).collect();
+        assert_eq!(share(&alike), [0.0, 0.0]);
     }
 }

@@ -2,16 +2,24 @@
 
 use super::clustering::cluster_scores;
 use super::embedding::Scores;
+use super::grounding::ground_objects;
 use super::retrieval::{are_comparable, squared_distance};
 use super::ward::ward_clusters;
 use crate::result::metric::Metric;
 use std::collections::BTreeMap;
+use vantage_dataset::Seed;
 
 /// The name of the table of semantics.
 pub const SEMANTICS: &str = "semantics";
 /// Its columns.
-pub const COLUMNS: [Metric; 4] =
-    [Metric::ClassRecallAt1, Metric::ClassAri, Metric::ClassRight, Metric::ClassProbability];
+pub const COLUMNS: [Metric; 6] = [
+    Metric::ClassRecallAt1,
+    Metric::ClassOf1Tag,
+    Metric::ClassOf3Tags,
+    Metric::ClassAri,
+    Metric::ClassRight,
+    Metric::ClassProbability,
+];
 
 /// Most objects that are clustered; of more, those of the latest episodes.
 const CLUSTERED: usize = 1000;
@@ -46,14 +54,17 @@ impl Named {
     }
 }
 
-/// The scores of an episode's beliefs, given those of earlier episodes, the earliest first.
-pub fn semantic_scores(believed: &[Belief], earlier: &[Belief]) -> Scores {
+/// The scores of an episode's beliefs, given those of earlier episodes, the earliest first. Tags are drawn under `seed`.
+pub fn semantic_scores(believed: &[Belief], earlier: &[Belief], seed: Seed) -> Scores {
     let named: Vec<Named> = believed.iter().filter_map(|belief| belief.named).collect();
     let mean = |of: &dyn Fn(&Named) -> f64| {
         (!named.is_empty()).then(|| named.iter().map(of).sum::<f64>() / named.len() as f64)
     };
+    let tagged = ground_objects(&latents(earlier), &latents(believed), seed);
     let scores = [
         (Metric::ClassRecallAt1, class_recall(believed, earlier)),
+        (Metric::ClassOf1Tag, tagged.map(|[one, _]| one)),
+        (Metric::ClassOf3Tags, tagged.map(|[_, three]| three)),
         (Metric::ClassAri, class_ari(believed, earlier)),
         (Metric::ClassRight, mean(&|named| f64::from(u8::from(named.is_right)))),
         (Metric::ClassProbability, mean(&|named| named.probability)),
@@ -119,7 +130,6 @@ fn latents(beliefs: &[Belief]) -> Vec<(&str, &[f32])> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vantage_dataset::Seed;
 
     fn belief(class: &str, latent: &[f32]) -> Belief {
         Belief { class: class.to_owned(), latent: Some(latent.to_vec()), named: None }
@@ -202,7 +212,7 @@ mod tests {
             latent: None,
             named: Some(Named { probability, is_right }),
         };
-        let scores = semantic_scores(&[told(0.75, true), told(0.25, false)], &[]);
+        let scores = semantic_scores(&[told(0.75, true), told(0.25, false)], &[], Seed(0));
         assert_eq!(scores, Scores::from([(Metric::ClassRight, 0.5), (Metric::ClassProbability, 0.5)]));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::line::Scored;
 use crate::command::error::BenchError;
-use crate::pipeline::{Answer, ScoredViews, StageError, StoredObject, embedded, methods};
+use crate::pipeline::{Answer, OnlineRun, ScoredViews, StageError, StoredObject, embedded, methods};
 use crate::result::folder::ResultFolder;
 use crate::score::embedded_set::EmbeddedSet;
 use nalgebra::{DVector, Matrix3, Matrix6};
@@ -12,7 +12,7 @@ use vantage_dataset::{Observations, Pose, Symmetry, Truth};
 use vantage_formats::npz::{Elements, Npz};
 use vantage_learn::Latent;
 
-/// Writes `<seed>/truth.npz`, `<seed>/<row>.npz` and `<seed>/<model>.latents.npz`, array by array.
+/// Writes `<seed>/truth.npz`, `<seed>/<row>.npz`, `<seed>/<row>.online.npz` and `<seed>/<model>.latents.npz`, array by array.
 pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
     let methods = methods(&scored.rows, &scored.models);
     for ((seed, episode), (_, answers)) in scored.episodes.iter().zip(&scored.answers) {
@@ -25,6 +25,12 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<(), BenchError> {
             let (name, latent) = (method.name(), method.model.model.manifest().latent);
             let objects = truth.objects.len();
             folder.write_npz(&format!("{seed}/{name}.npz"), |npz| of_answer(npz, answer, objects, latent))?;
+        }
+    }
+    for (seed, runs) in &scored.online {
+        for (name, run) in scored.methods.iter().zip(runs) {
+            let Some(Ok(run)) = run else { continue };
+            folder.write_npz(&format!("{}/{name}.online.npz", seed.0), |npz| of_newest(npz, run))?;
         }
     }
     for ScoredViews { seed, set, .. } in &scored.views {
@@ -63,13 +69,16 @@ fn turns(symmetry: Symmetry) -> i64 {
     }
 }
 
+/// The newest pose after each step.
+fn of_newest(npz: &mut Npz, run: &OnlineRun) -> io::Result<()> {
+    poses(npz, "world_from_robot", run.newest.iter())?;
+    run.covariances.as_ref().map_or(Ok(()), |of| covariances(npz, of))
+}
+
 /// What is not known is NaN; an array of which nothing is known is left out.
 fn of_answer(npz: &mut Npz, answer: &Answer, objects: usize, latent: Latent) -> io::Result<()> {
     poses(npz, "world_from_robot", answer.world_from_robot.iter())?;
-    if let Some(covariances) = &answer.pose_covariances {
-        let numbers: Vec<f64> = covariances.iter().flat_map(|s: &Matrix6<f64>| rows(s)).collect();
-        npz.array("pose_covariance", &[covariances.len(), 6, 6], Elements::F64(&numbers))?;
-    }
+    answer.pose_covariances.as_ref().map_or(Ok(()), |of| covariances(npz, of))?;
     let stored: Vec<Option<&StoredObject>> =
         (0..objects).map(|i| answer.objects.get(i).and_then(Option::as_ref)).collect();
     let mut of_each = |name: &str, shape: &[usize], of: &dyn Fn(&StoredObject) -> Option<Vec<f64>>| {
@@ -125,6 +134,11 @@ fn poses<'a>(npz: &mut Npz, name: &str, poses: impl ExactSizeIterator<Item = &'a
     let numbers: Vec<f64> =
         poses.flat_map(|pose| rows::<4>(&pose.to_homogeneous()).collect::<Vec<_>>()).collect();
     npz.array(name, &shape, Elements::F64(&numbers))
+}
+
+fn covariances(npz: &mut Npz, of: &[Matrix6<f64>]) -> io::Result<()> {
+    let numbers: Vec<f64> = of.iter().flat_map(rows).collect();
+    npz.array("pose_covariance", &[of.len(), 6, 6], Elements::F64(&numbers))
 }
 
 fn rows<const N: usize>(matrix: &nalgebra::SMatrix<f64, N, N>) -> impl Iterator<Item = f64> {

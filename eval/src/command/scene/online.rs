@@ -47,7 +47,7 @@ pub fn write(folder: &ResultFolder, scored: &Scored) -> Result<Option<&'static s
     }
     let title = format!("{}: where the robot takes itself to be, step by step", scored.results.scene);
     folder.write(PICTURE, online_svg(&title, &errors)?.as_bytes())?;
-    folder.write(STEP_ERRORS, step_errors(&errors).as_bytes())?;
+    folder.write(STEP_ERRORS, &step_errors(&errors)?)?;
     let named = |((row, seen), times)| (format!("{}, {seen} seen", scored.methods[row]), times);
     let by_detections: Vec<(String, Vec<Duration>)> = by_detections.into_iter().map(named).collect();
     let tables =

@@ -41,6 +41,7 @@ use crate::score::consistency::{ObjectGaussian, object_scores, pose_scores};
 use crate::score::pairs::{Pairs, PairsError};
 use nalgebra::Point3;
 use std::io::Write;
+use vantage_learn::gaussian_process::Hyperparameters;
 use vantage_slam::discrepancy::Discrepant;
 use vantage_slam::noise::Kernel;
 use vantage_slam::{
@@ -95,7 +96,15 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     let alike = boxes.constant_offset();
     writeln!(stdout, "alike from all sides: {}", described(&alike))?;
     let (fitted, likelihood) = hyperparameters(&trials);
-    writeln!(stdout, "gaussian process, log marginal likelihood {likelihood:.0}: {fitted:#.4?}\n")?;
+    let Hyperparameters { kappa, signal, noise, degrees_of_freedom } = fitted;
+    writeln!(stdout, "gaussian process: log marginal likelihood {likelihood:.0}, kappa {kappa:.4}")?;
+    writeln!(stdout, "noise of {degrees_of_freedom} degrees of freedom; standard deviations by component")?;
+    let of_component = |(i, (signal, noise)): (usize, (&f64, &f64))| {
+        vec![(i + 1).to_string(), format!("{signal:.4}"), format!("{noise:.4}")]
+    };
+    let of_components = signal.iter().zip(&noise).enumerate().map(of_component).collect();
+    print(stdout, &["Component", "Signal", "Noise"], of_components)?;
+    writeln!(stdout)?;
     let mut rows = vec![row("odometry", &of(&OdometryOnly::new(&settings))?)?, row("geometric", &geometric)?];
     let geometries = ["noise fitted", "offset fitted"].into_iter().zip(&fits).map(|(name, fit)| {
         (name, GeometrySettings { bearing_noise: fit.noise, bearing_offset: fit.offset, ..settings.geometry })
@@ -164,7 +173,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
 }
 
 fn head(first: &str) -> [&str; 8] {
-    let nees = ["NEES / 6", "at the end", "Centres", "median"];
+    let nees = ["NEES / 6", "At the end", "Centres, NEES / 3", "Median"];
     [first, "ATE [m]", "Difference [m]", "+- 95% [m]", nees[0], nees[1], nees[2], nees[3]]
 }
 

@@ -166,7 +166,7 @@ impl Submission {
         let of = |(i, (number, own)): (usize, &Believed)| {
             let earlier = believed[..i].iter().filter_map(|(_, beliefs)| beliefs.as_ref().ok()).flatten();
             let earlier: Vec<Belief> = earlier.cloned().collect();
-            let scores = |own: &Vec<Belief>| semantic_scores(own, &earlier);
+            let scores = |own: &Vec<Belief>| semantic_scores(own, &earlier, *number);
             self.run(*number, own.as_ref().map(scores).map_err(Clone::clone))
         };
         believed.iter().enumerate().map(of).collect()
