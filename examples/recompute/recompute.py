@@ -79,6 +79,14 @@ def trajectory(truth, answer):
     return found
 
 
+def online(truth, newest):
+    """Of the newest pose after each step."""
+    errors = trajectory(truth, newest)
+    found = {"newest_position": errors["ate"], "newest_heading": errors["heading"]}
+    promised = consistency(truth, newest)
+    return found | ({"nees_newest": promised["nees_pose"]} if promised else {})
+
+
 def nees(errors, covariances):
     """NEES over the number of numbers."""
     solved = np.linalg.solve(covariances, errors[..., None])[..., 0]
@@ -290,6 +298,12 @@ def main():
                 comparison.compare(name, run, scores(truth, answer))
             else:
                 comparison.missing(name, run, f"{run['seed']}/{run['method']}.npz")
+    for run in tables.get("online", {"runs": []})["runs"]:
+        truth, newest = load(f"{run['seed']}/truth.npz"), load(f"{run['seed']}/{run['method']}.online.npz")
+        if truth is not None and newest is not None:
+            comparison.compare("online", run, online(truth, newest))
+        else:
+            comparison.missing("online", run, f"{run['seed']}/{run['method']}.online.npz")
     for name, scores in (("latents", embeddings), ("instances", embeddings), ("density", density)):
         for run in tables.get(name, {"runs": []})["runs"]:
             of = load(f"{run['seed']}/{run['method']}.latents.npz")

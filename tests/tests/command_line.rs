@@ -120,6 +120,14 @@ fn a_full_standard_output_ends_with_6() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_standard_error_that_takes_nothing_changes_no_exit_code() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let ended = bench().arg("no_such_scene").stderr(full).output().unwrap();
+    assert_eq!(ended.status.code(), Some(2));
+}
+
+#[test]
 fn a_model_that_comes_with_the_program_is_taken_by_its_name() {
     let scene = SmallScene::new(&[]);
     Finished::of(scene.command().args(["--model", "predictive", "--seeds", "1"])).expect(0, &[]);

@@ -7,7 +7,7 @@ use vantage_tests::{Finished, SmallScene, files, root};
 fn what_scores_are_made_of_is_left_and_makes_them_again() {
     let scene = SmallScene::new(&[]);
     let mut command = scene.command();
-    command.args(["--dump", "--associate"]);
+    command.args(["--dump", "--associate", "--online"]);
     Finished::of(&mut command).expect(0, &[]);
     let place = scene.path("out/scenes/small");
     let left: Vec<String> = files(&place).into_keys().map(|path| path.display().to_string()).collect();
@@ -18,6 +18,8 @@ fn what_scores_are_made_of_is_left_and_makes_them_again() {
         }
     }
 
+    assert!(left.contains(&"0/geometric.online.npz".to_owned()), "{left:?}");
+
     let python = std::env::var("VANTAGE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let has = Command::new(&python).args(["-c", "import numpy, scipy, sklearn"]).output();
     if has.is_ok_and(|has| has.status.success()) {
@@ -25,7 +27,7 @@ fn what_scores_are_made_of_is_left_and_makes_them_again() {
         let told = Finished::of(Command::new(&python).arg(script).arg(&place));
         told.expect(0, &[]);
         assert!(told.stdout.contains(" 0 differ by more than"), "{}", told.stdout);
-        for score in ["nees_pose", "silhouette", "recall_at1", "pair_f1", "cluster_count"] {
+        for score in ["nees_pose", "nees_newest", "silhouette", "recall_at1", "pair_f1", "cluster_count"] {
             assert!(told.stdout.contains(score), "{score} was not computed anew: {}", told.stdout);
         }
     } else {

@@ -3,23 +3,31 @@
 mod choice;
 mod gate;
 mod import;
+mod look;
 mod loudness;
 mod report;
+mod run;
 mod score;
 mod stages;
 mod sweep;
 mod task;
+mod train;
+mod validation;
 
 use choice::command_name;
 pub use choice::{DatasetFormat, ImportLayout, RendererChoice, ReportFormat, SplitChoice, TablesChoice};
 pub use gate::{BaselineArgs, CheckArgs};
 pub use import::ImportArgs;
+pub use look::{FiguresArgs, LookArgs};
 pub use loudness::LoudnessArgs;
 pub use report::ReportArgs;
+pub use run::RunArgs;
 pub use score::ScoreArgs;
 pub use stages::{MakingArgs, StageArgs};
 pub use sweep::{SweepArgs, SweepCommand};
 pub use task::{AssociationChoice, TaskArgs};
+pub use train::{StudyArgs, TrainArgs};
+pub use validation::{CalibrateArgs, ValidationArgs};
 
 use super::help::{EXAMPLES, EXIT_CODES};
 use clap::builder::RangedI64ValueParser;
@@ -90,82 +98,12 @@ pub enum Command {
     Man(ManArgs),
 }
 
-/// `bench SCENE`: from a scene file to tables.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct RunArgs {
-    /// The scene to run: a file, or the name of one that comes with the program (`bench list`).
-    #[arg(value_name = "SCENE", required = true)]
-    pub scene: Option<PathBuf>,
-    /// Folder that gets `scenes/NAME`, the results of the scene of that name: `results` for those that are committed.
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    pub out: PathBuf,
-    /// Gives up a result of more seeds or of another model that lies in the folder.
-    #[arg(long)]
-    #[serde(skip)]
-    pub replace: bool,
-    /// Estimates also after every step, as a robot would: adds a table, `online.svg`, `step_errors.csv`, `step_times.md`
-    /// and, of the newest poses, `<seed>/<method>.online.tum`.
-    #[arg(long)]
-    #[serde(skip)]
-    pub online: bool,
-    /// Leaves also what scores are made of, for NumPy: `<seed>/truth.npz`, `<seed>/<row>.npz` and `<seed>/<model>.latents.npz`.
-    #[arg(long)]
-    #[serde(skip)]
-    pub dump: bool,
-    /// Asks also who is who, where estimators are told less than all: adds a table, and `<seed>/<row>.association.csv`.
-    #[arg(long)]
-    #[serde(skip)]
-    pub associate: bool,
-    /// Folder of another associator's answers, `<seed>.csv` each; its row has the folder's name, and `--associate` is meant. May be given more
-    /// than once.
-    #[arg(long, value_name = "DIR")]
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub associations: Vec<PathBuf>,
-    /// Which tables are printed.
-    #[arg(long, value_enum, default_value_t)]
-    #[serde(skip)]
-    pub tables: TablesChoice,
-    /// Prints the results as JSON, and nothing else.
-    #[arg(long, conflicts_with = "tables")]
-    #[serde(skip)]
-    pub json: bool,
-    /// How it is made.
-    #[command(flatten)]
-    pub stages: StageArgs,
-}
-
 /// `bench index RESULTS_DIR`: the index of a folder of results, and their tables.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct IndexArgs {
     /// The folder that holds `scenes` and `studies`.
     #[arg(value_name = "RESULTS_DIR")]
     pub results: PathBuf,
-}
-
-/// `bench calibrate SCENE [N]`: the estimator's settings on validation objects.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct CalibrateArgs {
-    /// On what.
-    #[command(flatten)]
-    pub validation: ValidationArgs,
-    /// Folder of a trained model, or its name (`bench list`), in place of the one that comes with the scene.
-    #[arg(long, value_name = "DIR")]
-    pub model: Option<PathBuf>,
-}
-
-/// Episodes with validation objects, under seeds that no table uses.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct ValidationArgs {
-    /// The scene: a file, or the name of one that comes with the program.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
-    /// Number of episodes.
-    #[arg(value_name = "N", default_value_t = 30, allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
-    pub episodes: u64,
-    /// Where from, and what renders.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub making: MakingArgs,
 }
 
 /// `bench dataset SCENE --out DIR`: crops, detections, odometry and truth as files.
@@ -190,60 +128,6 @@ pub struct DatasetArgs {
     /// Which of the disjoint sets of instances the objects are drawn from.
     #[arg(long, value_enum, default_value_t)]
     pub split: SplitChoice,
-}
-
-/// `bench figures SCENE --out DIR`: a model as pictures.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct FiguresArgs {
-    /// The scene: a file, or the name of one that comes with the program.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
-    /// Folder that gets the pictures.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Where from, and what renders.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub making: MakingArgs,
-    /// Folder of a trained model, or its name (`bench list`), in place of the one that comes with the scene.
-    #[arg(long, value_name = "DIR")]
-    pub model: Option<PathBuf>,
-    /// A view set to draw, as `bench import` makes them, in place of the scene's test instances.
-    #[arg(long, value_name = "DIR")]
-    pub views: Option<PathBuf>,
-}
-
-/// `bench look SCENE`: the scene as one picture.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct LookArgs {
-    /// The scene: a file, or the name of one that comes with the program.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
-    /// The PNG file, not the folder, to write; by default `out/NAME.png` after the scene's name.
-    #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
-    /// A Rerun file to write the episode of the first seed to. Needs a program built with `--features rerun`.
-    #[arg(long, value_name = "FILE.rrd")]
-    pub rerun: Option<PathBuf>,
-    /// Where from, and what renders.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub making: MakingArgs,
-}
-
-/// `bench study FILE`: models compared.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct StudyArgs {
-    /// The study: a file, or the name of one that comes with the program.
-    #[arg(value_name = "STUDY")]
-    pub study: PathBuf,
-    /// Folder that gets `studies/NAME`, the results of the study of that name: `results` for those that are committed.
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    pub out: PathBuf,
-    /// Where from, and what renders.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub making: MakingArgs,
 }
 
 /// `bench map FILE`: one scene in many cells.
@@ -277,30 +161,6 @@ pub struct ModelsArgs {
     /// Folder of intermediate results: a model that comes with the program is laid out in it.
     #[arg(long, value_name = "DIR", default_value = "cache")]
     pub cache: PathBuf,
-}
-
-/// `bench train SCENE --out DIR`: the scene's model.
-#[derive(Clone, Debug, PartialEq, Args, Serialize)]
-pub struct TrainArgs {
-    /// The scene: a file, or the name of one that comes with the program.
-    #[arg(value_name = "SCENE")]
-    pub scene: PathBuf,
-    /// Folder that gets the model.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Where from, and what renders.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub making: MakingArgs,
-    /// A view set to train on, in place of the scene's.
-    #[arg(long, value_name = "DIR", requires = "validation_views")]
-    pub views: Option<PathBuf>,
-    /// A view set of other objects to calibrate on.
-    #[arg(long, value_name = "DIR", requires = "views")]
-    pub validation_views: Option<PathBuf>,
-    /// Trains on a GPU. Needs a program built with `--features gpu`.
-    #[arg(long)]
-    pub gpu: bool,
 }
 
 /// `bench completions SHELL`: for a shell's completion.
