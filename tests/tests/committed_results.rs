@@ -13,6 +13,7 @@ use vantage_eval::result::metric::Metric;
 use vantage_eval::result::paired::Paired;
 use vantage_eval::result::report::{TABLES as TABLES_FILE, markdown};
 use vantage_eval::result::results_file::{FILE_NAME, Results};
+use vantage_eval::result::step_errors::STEP_ERRORS;
 use vantage_eval::result::summary_text::answer;
 use vantage_eval::scene_file::map::MapFile;
 use vantage_eval::scene_file::row_name::is_learned;
@@ -91,6 +92,8 @@ fn results_have_all_scores_that_a_run_has_today() {
         let of_steps = results.table(ONLINE).map(|stored| stored.metrics());
         let remedy = "make its results again with `--online`";
         assert_eq!(of_steps, drives.then_some(&online::COLUMNS[..]), "{}: {remedy}", results.scene);
+        let folder = ResultKind::Scene.place(&root().join("results"), &results.scene);
+        assert_eq!(folder.join(STEP_ERRORS).exists(), drives, "{}: {remedy}", results.scene);
     }
 }
 
@@ -198,13 +201,14 @@ fn tables_are_those_of_the_raw_scores_beside_them_and_nothing_else_is_a_table() 
         let (model, caveat) = (manifest["model_hash"].as_str(), manifest["caveat"].as_str());
         let of_today = shown == markdown(&results, model, caveat);
         assert!(of_today, "{}: run `bench index results`", folder.display());
-        let known = [TABLES_FILE, "README.md", "variants.md", STUDY_FILE, FILE_NAME, "manifest.json"];
+        let known =
+            [TABLES_FILE, "README.md", "variants.md", STUDY_FILE, FILE_NAME, "manifest.json", STEP_ERRORS];
         for entry in std::fs::read_dir(&folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
             let picture = name.ends_with(".svg") || name.ends_with(".png");
             // The trajectories of a run here, and how long its steps took, and its page, which are not committed.
             let of_seed = name.bytes().all(|byte| byte.is_ascii_digit())
-                || ["association_times.md", "report.html"].contains(&name.as_str());
+                || ["association_times.md", "step_times.md", "report.html"].contains(&name.as_str());
             assert!(picture || of_seed || known.contains(&name.as_str()), "{}: {name}", folder.display());
         }
     }

@@ -26,6 +26,7 @@ use crate::result::report::TABLES;
 use crate::result::results_file::{FILE_NAME, Results, ResultsError};
 use crate::result::standing::Standing;
 use crate::result::statistics::{Mean, quantile};
+use crate::result::step_errors::STEP_ERRORS;
 use crate::result::table::Table;
 use crate::scene_file;
 use std::fs;
@@ -145,7 +146,12 @@ pub fn index(root: &Path) -> Result<String, ResultsError> {
 fn line(root: &Path, folder: &Path, title: &str) -> String {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let place = folder.strip_prefix(root).unwrap_or(folder).to_string_lossy().replace('\\', "/");
-    let known = [(TABLES, "tables"), (FILE_NAME, "raw scores"), (manifest::FILE_NAME, "origin")];
+    let known = [
+        (TABLES, "tables"),
+        (FILE_NAME, "raw scores"),
+        (manifest::FILE_NAME, "origin"),
+        (STEP_ERRORS, "errors by step"),
+    ];
     let known = known.into_iter().map(|(file, label)| (file.to_owned(), label.to_owned()));
     let pictures = pictures(folder).into_iter().map(|file| (file.clone(), file));
     let links = known.chain(pictures).filter(|(file, _)| folder.join(file).exists());

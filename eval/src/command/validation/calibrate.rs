@@ -22,7 +22,7 @@
 //! and a row of `viewpoint_pairs` by each.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
-//! where consistent) of all poses and of the last one; and of the centres of objects mean and median (0.79 where consistent).
+//! where consistent) of all poses and of the last one; of the centres of objects mean and median (0.79 where consistent); and the share of poses inside their region of 95%.
 
 use super::boxes::Boxes;
 use super::hyperparameters::hyperparameters;
@@ -80,9 +80,11 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     };
     let geometric = of(&Geometric::new(&settings))?;
     let row = |name: &str, answers: &[(Estimate, f64)]| -> Result<Vec<String>, PairsError> {
-        let nees = nees(answers, &trials)?.map(|nees| format!("{nees:.2}"));
+        let Promised { nees, inside } = promised(answers, &trials)?;
         let ate = columns(&errors(answers), &errors(&geometric));
-        Ok(std::iter::once(name.to_owned()).chain(ate).chain(nees).collect())
+        let nees = nees.map(|nees| format!("{nees:.2}"));
+        let inside = format!("{:.1}%", 100.0 * inside);
+        Ok(std::iter::once(name.to_owned()).chain(ate).chain(nees).chain([inside]).collect())
     };
 
     let boxes = Boxes::of(&trials);
@@ -172,33 +174,42 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     Ok(Exit::Success)
 }
 
-fn head(first: &str) -> [&str; 8] {
+fn head(first: &str) -> [&str; 9] {
     let nees = ["NEES / 6", "At the end", "Centres, NEES / 3", "Median"];
-    [first, "ATE [m]", "Difference [m]", "+- 95% [m]", nees[0], nees[1], nees[2], nees[3]]
+    [first, "ATE [m]", "Difference [m]", "+- 95% [m]", nees[0], nees[1], nees[2], nees[3], "Pose in 95%"]
 }
 
 fn errors(answers: &[(Estimate, f64)]) -> Vec<f64> {
     answers.iter().map(|(_, error)| *error).collect()
 }
 
-/// Means over trials of NEES / 6 of all poses but the first, which is the world's frame, and of the last; mean and median over objects of NEES / 3
-/// of their centres. Not a number where no trial has one.
-fn nees(answers: &[(Estimate, f64)], trials: &[Trial]) -> Result<[f64; 4], PairsError> {
-    let (mut poses, mut last, mut centers) = (Vec::new(), Vec::new(), Vec::new());
+/// What answers promise, against their errors; not a number where no trial has it.
+struct Promised {
+    /// Means over trials of NEES / 6 of all poses but the first, which is the world's frame, and of the last; mean and median over objects of NEES / 3
+    /// of their centres.
+    nees: [f64; 4],
+    /// Share of poses inside their region of 95%, mean over trials.
+    inside: f64,
+}
+
+fn promised(answers: &[(Estimate, f64)], trials: &[Trial]) -> Result<Promised, PairsError> {
+    let (mut poses, mut last, mut inside, mut centers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for ((answer, _), Trial { truth, .. }) in answers.iter().zip(trials) {
         let pairs = Pairs::by_step(&truth.world_from_robot, &answer.world_from_robot)?;
         let scores = pose_scores(&pairs, answer.pose_covariances.as_deref());
         poses.extend(scores.get(&Metric::NeesPose));
         last.extend(scores.get(&Metric::NeesPoseEnd));
+        inside.extend(scores.get(&Metric::PoseInside95));
         for (truth, object) in truth.objects.chunks(1).zip(&answer.objects) {
             let scores = object_scores(&pairs, truth, &[object.as_ref().map(gaussian)], false);
             centers.extend(scores.get(&Metric::NeesObjectCenter));
         }
     }
     centers.sort_by(f64::total_cmp);
-    let [poses, last, mean] =
-        [poses, last, centers.clone()].map(|nees| Mean::of(&nees).map_or(f64::NAN, |nees| nees.mean));
-    Ok([poses, last, mean, quantile(&centers, 0.5).unwrap_or(f64::NAN)])
+    let median = quantile(&centers, 0.5).unwrap_or(f64::NAN);
+    let [poses, last, centers, inside] =
+        [poses, last, centers, inside].map(|values| Mean::of(&values).map_or(f64::NAN, |values| values.mean));
+    Ok(Promised { nees: [poses, last, centers, median], inside })
 }
 
 fn gaussian(object: &ObjectEstimate) -> ObjectGaussian {
