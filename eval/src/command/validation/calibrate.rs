@@ -22,7 +22,7 @@
 //! and a row of `viewpoint_pairs` by each.
 //!
 //! Each row has the mean ATE, its paired difference to `geometric`, and the mean normalised estimation error squared over its dimensions (NEES, 1
-//! where consistent) of all poses and of the last one; of the centres of objects mean and median (0.79 where consistent); and the share of poses inside their region of 95%.
+//! where consistent) of all poses and of the last one; of the centres of objects; and the share of poses inside their region of 95%.
 
 use super::boxes::Boxes;
 use super::hyperparameters::hyperparameters;
@@ -35,7 +35,7 @@ use crate::command::error::BenchError;
 use crate::exit::Exit;
 use crate::pipeline::{StageError, chosen_model, embedding, model};
 use crate::result::metric::Metric;
-use crate::result::statistics::{Mean, quantile};
+use crate::result::statistics::Mean;
 use crate::scene_file::row::Row;
 use crate::score::consistency::{ObjectGaussian, object_scores, pose_scores};
 use crate::score::pairs::{Pairs, PairsError};
@@ -83,7 +83,7 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
         let Promised { nees, inside } = promised(answers, &trials)?;
         let ate = columns(&errors(answers), &errors(&geometric));
         let nees = nees.map(|nees| format!("{nees:.2}"));
-        let inside = format!("{:.1}%", 100.0 * inside);
+        let inside = format!("{inside:.3}");
         Ok(std::iter::once(name.to_owned()).chain(ate).chain(nees).chain([inside]).collect())
     };
 
@@ -174,9 +174,8 @@ pub fn calibrate(args: &CalibrateArgs, stdout: &mut impl Write) -> Result<Exit, 
     Ok(Exit::Success)
 }
 
-fn head(first: &str) -> [&str; 9] {
-    let nees = ["NEES / 6", "At the end", "Centres, NEES / 3", "Median"];
-    [first, "ATE [m]", "Difference [m]", "+- 95% [m]", nees[0], nees[1], nees[2], nees[3], "Pose in 95%"]
+fn head(first: &str) -> [&str; 8] {
+    [first, "ATE [m]", "Diff. [m]", "+- 95%", "NEES", "At end", "Centres", "In 95%"]
 }
 
 fn errors(answers: &[(Estimate, f64)]) -> Vec<f64> {
@@ -185,9 +184,9 @@ fn errors(answers: &[(Estimate, f64)]) -> Vec<f64> {
 
 /// What answers promise, against their errors; not a number where no trial has it.
 struct Promised {
-    /// Means over trials of NEES / 6 of all poses but the first, which is the world's frame, and of the last; mean and median over objects of NEES / 3
-    /// of their centres.
-    nees: [f64; 4],
+    /// Means over trials of NEES / 6 of all poses but the first, which is the world's frame, and of the last; over objects of NEES / 3 of their
+    /// centres.
+    nees: [f64; 3],
     /// Share of poses inside their region of 95%, mean over trials.
     inside: f64,
 }
@@ -205,11 +204,9 @@ fn promised(answers: &[(Estimate, f64)], trials: &[Trial]) -> Result<Promised, P
             centers.extend(scores.get(&Metric::NeesObjectCenter));
         }
     }
-    centers.sort_by(f64::total_cmp);
-    let median = quantile(&centers, 0.5).unwrap_or(f64::NAN);
     let [poses, last, centers, inside] =
         [poses, last, centers, inside].map(|values| Mean::of(&values).map_or(f64::NAN, |values| values.mean));
-    Ok(Promised { nees: [poses, last, centers, median], inside })
+    Ok(Promised { nees: [poses, last, centers], inside })
 }
 
 fn gaussian(object: &ObjectEstimate) -> ObjectGaussian {
