@@ -19,6 +19,8 @@ pub const KEPT: f64 = 0.9;
 pub(crate) const SPREADS: usize = 4;
 /// Deviations of the discrepancy that are tried on a drive.
 pub(crate) const DISCREPANCIES: usize = 3;
+/// Processes per object that are tried on a drive.
+pub const PROCESSES: usize = 3;
 
 /// What the drives so far taught; of none, that of a first drive.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,6 +28,8 @@ pub(crate) const DISCREPANCIES: usize = 3;
 pub struct Lesson {
     /// Of how far crops are to be trusted.
     pub noise: NoiseOdds,
+    /// Of a process per object that corrects the model.
+    pub process: ProcessOdds,
     /// Of what this world's crops have otherwise than those of training.
     pub domain: Option<DomainBelief>,
     /// Of the decoder's last layer.
@@ -42,35 +46,58 @@ pub struct NoiseOdds {
     pub discrepancy: [f64; DISCREPANCIES],
 }
 
+/// Likewise, of processes per object, over the model alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessOdds {
+    /// Of the model alone, and of each process beside it.
+    pub process: [f64; PROCESSES + 1],
+    /// Of each spread of the semantic residual, under the process of its drive.
+    pub spread: [f64; SPREADS],
+}
+
 impl Lesson {
     /// What a drive taught by several ways to tell who is who, with the weight of each; they add up to 1. At least one.
     ///
     /// Log-evidences of the noise are averaged. Of the domain it is the Gaussian of the mixture's mean and covariance. Of the layer it is the
     /// mean regression, with the mean of the changes that each made. A way that knows nothing of a part counts as a first drive.
     pub fn mixed(ways: &[(f64, Self)]) -> Self {
-        let noise = |of: fn(&NoiseOdds) -> &[f64]| {
-            move |i: usize| ways.iter().map(|(weight, way)| weight * of(&way.noise)[i]).sum()
+        let odds = |of: fn(&Self) -> &[f64]| {
+            move |i: usize| ways.iter().map(|(weight, way)| weight * of(way)[i]).sum()
         };
         let noise = NoiseOdds {
-            spread: std::array::from_fn(noise(|of| &of.spread)),
-            discrepancy: std::array::from_fn(noise(|of| &of.discrepancy)),
+            spread: std::array::from_fn(odds(|of| &of.noise.spread)),
+            discrepancy: std::array::from_fn(odds(|of| &of.noise.discrepancy)),
+        };
+        let process = ProcessOdds {
+            process: std::array::from_fn(odds(|of| &of.process.process)),
+            spread: std::array::from_fn(odds(|of| &of.process.spread)),
         };
         let domains: Vec<_> = ways.iter().map(|(weight, way)| (*weight, way.domain.as_ref())).collect();
         let decoders: Vec<_> = ways.iter().map(|(weight, way)| (*weight, way.decoder.as_ref())).collect();
-        Self { noise, domain: DomainBelief::mixed(&domains), decoder: LayerLesson::mixed(&decoders) }
+        Self { noise, process, domain: DomainBelief::mixed(&domains), decoder: LayerLesson::mixed(&decoders) }
     }
+}
+
+/// Log-evidences with those of another drive.
+fn sum<const N: usize>(before: &[f64; N], drive: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| KEPT * before[i] + drive[i])
 }
 
 impl NoiseOdds {
     /// With those of another drive, after which what was there before counts less.
     pub(crate) fn after(&self, drive: &Self) -> Self {
-        fn sum<const N: usize>(before: &[f64; N], drive: &[f64; N]) -> [f64; N] {
-            std::array::from_fn(|i| KEPT * before[i] + drive[i])
-        }
         Self {
             spread: sum(&self.spread, &drive.spread),
             discrepancy: sum(&self.discrepancy, &drive.discrepancy),
         }
+    }
+}
+
+impl ProcessOdds {
+    /// Likewise.
+    pub(crate) fn after(&self, drive: &Self) -> Self {
+        Self { process: sum(&self.process, &drive.process), spread: sum(&self.spread, &drive.spread) }
     }
 }
 
@@ -142,6 +169,7 @@ mod tests {
     fn lesson(spread: f64, mean: f64, change: f64) -> Lesson {
         Lesson {
             noise: NoiseOdds { spread: [0.0, spread, 0.0, 0.0], discrepancy: [0.0, -spread, 0.0] },
+            process: ProcessOdds { process: [0.0, 0.0, spread, 0.0], spread: [0.0, 0.0, 0.0, -spread] },
             domain: Some(DomainBelief {
                 mean: DVector::repeat(1, mean),
                 covariance: DMatrix::identity(1, 1),

@@ -85,10 +85,11 @@ pub use estimate::{
 };
 pub use estimator::{
     AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
-    Learner, Learnt, OdometryOnly, Refitted, SeenView, Semantic, Uninformative, ViewpointPairs,
+    Learner, Learnt, OdometryOnly, ProcessRefitted, Refitted, SeenView, Semantic, Uninformative,
+    ViewpointPairs,
 };
 pub use input::EstimateError;
-pub use lesson::Lesson;
+pub use lesson::{Lesson, PROCESSES};
 pub use online::{Online, StepObservations};
 pub use pairing::Pairing;
 pub use settings::{

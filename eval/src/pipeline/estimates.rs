@@ -10,6 +10,7 @@ pub use row_input::with_objects;
 use super::azimuth_sensor::AzimuthSensor;
 use super::found::Finding;
 use super::model::last_layer;
+use super::object_process::processes;
 use super::stage_cache::StageCache;
 use super::true_views::true_views;
 use super::{EpisodeFolder, LoadedModel, ModelRefusal, Pipeline, SeedEpisode, StageError, code};
@@ -26,7 +27,7 @@ use vantage_dataset::{Observations, Seed};
 use vantage_learn::DecoderLastLayer;
 use vantage_learn::residual_process::ResidualProcess;
 use vantage_model::{LastLayer, ObservationModel};
-use vantage_slam::{EstimateError, Lesson, SeenView};
+use vantage_slam::{EstimateError, Lesson, PROCESSES, SeenView};
 
 const FILE: &str = "answer.json";
 
@@ -146,6 +147,11 @@ fn layer_of<'m>(method: &Method<'m>) -> Result<Option<DecoderLastLayer<'m>>, Sta
     Ok(if method.row.learns_layer() { Some(last_layer(model, folder)?) } else { None })
 }
 
+fn processes_of<'m>(method: &Method<'m>) -> Result<Option<[ResidualProcess<'m>; PROCESSES]>, StageError> {
+    let tried = method.row.tries_processes().then(|| processes(method.model.viewing()));
+    Ok(tried.transpose()?)
+}
+
 /// What a row that is taught by the truth learns of a drive.
 fn seen_in_truth(
     observations: &Observations,
@@ -207,9 +213,11 @@ fn answer(
         _ => None,
     };
     let process = process.as_ref().map(|process| process as &dyn ObservationModel);
+    let processes = processes_of(method)?;
+    let processes = processes.as_ref().map(|tried| tried.each_ref().map(|of| of as &dyn ObservationModel));
     let layer = layer_of(method)?;
     let layer = layer.as_ref().map(|layer| layer as &dyn LastLayer);
-    let reader = Reader { ideal, process, layer, seen, ..method.model.reader() };
+    let reader = Reader { ideal, process, processes, layer, seen, ..method.model.reader() };
     let estimator = method.row.estimator(&spec.settings(), reader);
     match catch_unwind(AssertUnwindSafe(|| estimator.estimate(observations))) {
         Ok(Ok(estimate)) => {

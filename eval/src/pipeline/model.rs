@@ -45,6 +45,7 @@ impl LoadedModel {
             readouts: self.readouts.as_ref().map(|(readouts, _)| readouts),
             ideal: None,
             process: None,
+            processes: None,
             layer: None,
             seen: None,
         }

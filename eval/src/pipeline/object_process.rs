@@ -1,13 +1,18 @@
-//! Stage `residual_process`: how far a model is off on the views of validation objects, for a process per object beside it.
+//! Stage `residual_process`: how far a model is off on the views of validation objects, for a process per object beside it; and processes of
+//! which a row finds on its own drives how far it is off.
 
 use super::{ModelRefusal, Pipeline, StageError, code, views};
 use crate::score::known_views::residuals;
 use vantage_dataset::store::Key;
 use vantage_dataset::{Split, ViewSet};
-use vantage_learn::residual_process::ResidualHyperparameters;
+use vantage_learn::residual_process::{ResidualHyperparameters, ResidualProcess};
 use vantage_learn::{Kind, Model};
+use vantage_model::ObservationModel;
+use vantage_slam::PROCESSES;
 
 const FILE: &str = "residual_process.json";
+/// Deviations of the corrections that are tried on a drive, in those of the model's noise.
+const SIZES: [f64; PROCESSES] = [0.5, 1.0, 2.0];
 
 /// Fitted on the scene's validation views, and what identifies these.
 pub fn object_process(
@@ -18,6 +23,14 @@ pub fn object_process(
     let too_few = || ModelRefusal::NoReadouts { scene: pipeline.file.name.clone(), views: set.views.len() };
     let fitted = residual_process(pipeline, (&set, &seal), model)?.ok_or_else(too_few)?;
     Ok((fitted, seal))
+}
+
+/// Processes of each size beside a model, of which nothing is fitted.
+pub fn processes(model: &dyn ObservationModel) -> Result<[ResidualProcess<'_>; PROCESSES], ModelRefusal> {
+    let of_size = |size| ResidualProcess::new(model, &ResidualHyperparameters::of_size(size, model));
+    let [small, middle, large] = SIZES.map(of_size);
+    let all = || Ok([small?, middle?, large?]);
+    all().map_err(ModelRefusal::Answer)
 }
 
 /// Fitted on views of that seal; `None` of a model that tells no looks, or without a residual.

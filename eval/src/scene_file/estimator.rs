@@ -17,7 +17,7 @@ use vantage_slam::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `domain_adapted`, `decoder_adapted`, `decoder_taught`,
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `process_refitted`, `domain_adapted`, `decoder_adapted`, `decoder_taught`,
     /// `learning_checked` and `ideal_azimuth`.
     #[garde(length(min = 1), custom(each_once))]
     #[schemars(extend("uniqueItems" = true))]

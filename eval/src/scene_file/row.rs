@@ -8,8 +8,8 @@ use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
 use vantage_model::{LastLayer, ObservationModel, PairModel};
 use vantage_slam::{
     AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
-    Learner, OdometryOnly, OrientationSettings, Refitted, SeenView, Semantic, SemanticSettings, Settings,
-    Uninformative, ViewpointPairs,
+    Learner, OdometryOnly, OrientationSettings, PROCESSES, ProcessRefitted, Refitted, SeenView, Semantic,
+    SemanticSettings, Settings, Uninformative, ViewpointPairs,
 };
 
 /// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
@@ -54,6 +54,8 @@ pub struct Reader<'m> {
     pub ideal: Option<&'m dyn ObservationModel>,
     /// The model with a process per object beside it, which is there where a row [has one](Row::has_process).
     pub process: Option<&'m dyn ObservationModel>,
+    /// The model with each of the processes beside it that a row [tries](Row::tries_processes), which are there where one does.
+    pub processes: Option<[&'m dyn ObservationModel; PROCESSES]>,
     /// The last layer of its decoder, which is there where a row [learns it](Row::learns_layer).
     pub layer: Option<&'m dyn LastLayer>,
     /// What is seen in the episode's crops by the truth, which is there where a row [is taught by it](Row::is_taught).
@@ -71,6 +73,10 @@ impl<'m> Reader<'m> {
 
     fn process(&self) -> &'m dyn ObservationModel {
         self.process.expect("it is fitted where a row has one")
+    }
+
+    fn processes(&self) -> [&'m dyn ObservationModel; PROCESSES] {
+        self.processes.expect("they are made where a row tries them")
     }
 
     fn seen(&self) -> &'m [SeenView] {
@@ -152,6 +158,11 @@ rows! {
         let semantics = SemanticSettings { azimuth_discrepancy: None, ..settings.semantics };
         Semantic::new(&Settings { semantics, ..*settings }, reader.process())
     };
+    /// `viewpoint_dependent`, with such a process per object that is fitted on nothing: how large it is, is refitted on the episode, and the
+    /// noise of crops under it; runs where a scene names it.
+    ProcessRefitted => |settings: &Settings, reader: Reader<'m>| {
+        ProcessRefitted::new(settings, reader.model, reader.processes())
+    };
     /// `viewpoint_dependent`, with an affine change of the model's predictions that is learnt on the episode (Eq. 25-26); runs where a scene
     /// names it.
     DomainAdapted => |settings, reader: Reader<'m>| DomainAdapted::new(settings, reader.model);
@@ -188,6 +199,11 @@ impl Row {
         self == Row::ObjectProcess
     }
 
+    /// Whether it finds on its drives how large a process per object is that corrects a model.
+    pub fn tries_processes(self) -> bool {
+        self == Row::ProcessRefitted
+    }
+
     /// Whether it learns the last layer of a model's decoder.
     pub fn learns_layer(self) -> bool {
         matches!(self, Row::DecoderAdapted | Row::DecoderTaught)
@@ -200,18 +216,28 @@ impl Row {
 
     /// Whether it reads crops by a model, and nothing else that would have to be made first.
     pub fn is_by_model_alone(self) -> bool {
-        !(self.reads_truth() || self.has_process() || self.learns_layer())
+        !(self.reads_truth() || self.has_process() || self.tries_processes() || self.learns_layer())
     }
 
     /// Whether it goes on from what drives before taught.
     pub fn learns(self) -> bool {
-        matches!(self, Row::NoiseRefitted | Row::DomainAdapted | Row::DecoderAdapted | Row::DecoderTaught)
+        matches!(
+            self,
+            Row::NoiseRefitted
+                | Row::ProcessRefitted
+                | Row::DomainAdapted
+                | Row::DecoderAdapted
+                | Row::DecoderTaught
+        )
     }
 
     /// What goes on from what drives before taught; `None` of a row that learns nothing, or keeps nothing of it.
     pub fn learner<'m>(self, settings: &Settings, reader: Reader<'m>) -> Option<Box<dyn Learner + 'm>> {
         Some(match self {
             Row::NoiseRefitted => Box::new(Refitted::new(settings, reader.model)),
+            Row::ProcessRefitted => {
+                Box::new(ProcessRefitted::new(settings, reader.model, reader.processes()))
+            }
             Row::DomainAdapted => Box::new(DomainAdapted::new(settings, reader.model)),
             Row::DecoderAdapted => Box::new(DecoderAdapted::new(settings, reader.layer())),
             Row::DecoderTaught => Box::new(DecoderTaught::new(settings, reader.layer(), reader.seen())),

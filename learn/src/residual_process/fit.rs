@@ -3,6 +3,11 @@
 use crate::periodic_fit::{Measured, fit};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
+use vantage_model::ObservationModel;
+
+/// Concentration of a process that is not fitted: between 12 and 6, which are fitted on validation views of families that
+/// `models/objects` knows, and of composites.
+const KAPPA: f64 = 8.0;
 
 /// What [`ResidualHyperparameters::fit`] fits by marginal likelihood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +24,18 @@ pub struct ResidualHyperparameters {
 }
 
 impl ResidualHyperparameters {
+    /// Not fitted: corrections of `size` standard deviations of the model's noise, in every direction alike, beside that noise.
+    pub fn of_size(size: f64, model: &dyn ObservationModel) -> Self {
+        let components = model.measurement_dim();
+        let degrees_of_freedom = model.noise().degrees_of_freedom();
+        Self {
+            kappa: KAPPA,
+            signal: vec![size; components],
+            noise: vec![1.0; components],
+            degrees_of_freedom,
+        }
+    }
+
     /// The best of a grid for `objects`, each the azimuths, radians, and whitened residuals of the views of one object.
     /// Degrees of freedom are the model's: those of the process are not fitted. `None` without a residual.
     pub fn fit(objects: &[Vec<(f64, DVector<f64>)>], degrees_of_freedom: f64) -> Option<Self> {

@@ -72,6 +72,19 @@ fn the_fit_tells_what_an_object_keeps_from_what_each_view_has() {
 }
 
 #[test]
+fn corrections_of_a_size_are_so_many_deviations_of_the_model_s_noise() {
+    let model = GaussianProcess::fitted();
+    let process = ResidualProcess::new(model, &ResidualHyperparameters::of_size(2.0, model)).unwrap();
+    let noise = model.noise().sqrt_information();
+    assert!((process.noise().sqrt_information() - noise).amax() < 1e-12 * noise.amax());
+    let (d, m) = (model.latent_dim(), model.measurement_dim());
+    let at = process.linearize(&DVector::zeros(process.latent_dim()), &seen_from(0.8)).unwrap();
+    let by_process = noise * at.d_latent.columns(d, process.latent_dim() - d);
+    let covariance = &by_process * by_process.transpose();
+    assert!((covariance - DMatrix::identity(m, m) * 4.0).amax() < 1e-9);
+}
+
+#[test]
 fn deviations_of_another_number_are_refused() {
     let short = ResidualHyperparameters { signal: vec![1.0; 3], ..fitted() };
     assert!(ResidualProcess::new(GaussianProcess::fitted(), &short).is_err());

@@ -11,7 +11,7 @@ use vantage_dataset::Observations;
 use vantage_model::ObservationModel;
 
 /// Factors of the spread of the semantic residual that are tried.
-const SPREAD: [f64; SPREADS] = [1.0, 1.4, 2.0, 2.8];
+pub(super) const SPREAD: [f64; SPREADS] = [1.0, 1.4, 2.0, 2.8];
 /// Factors of the discrepancy's deviation that are tried, under the best of those.
 const DISCREPANCY: [f64; DISCREPANCIES] = [1.0, 2.0, 4.0];
 
@@ -58,14 +58,16 @@ impl Learner for Refitted<'_> {
 
 /// The way to read crops that is most probable by drives before alone.
 fn known_before(told: SemanticSettings, before: &NoiseOdds) -> SemanticSettings {
-    fn likeliest<const N: usize>(odds: &[f64; N]) -> usize {
-        (0..N).rev().max_by(|&a, &b| odds[a].total_cmp(&odds[b])).unwrap_or(0)
-    }
     let spread = with_spread(told, SPREAD[likeliest(&before.spread)]);
     with_discrepancy(spread, DISCREPANCY[likeliest(&before.discrepancy)])
 }
 
-fn with_spread(told: SemanticSettings, factor: f64) -> SemanticSettings {
+/// The first of the largest.
+pub(super) fn likeliest<const N: usize>(odds: &[f64; N]) -> usize {
+    (0..N).rev().max_by(|&a, &b| odds[a].total_cmp(&odds[b])).unwrap_or(0)
+}
+
+pub(super) fn with_spread(told: SemanticSettings, factor: f64) -> SemanticSettings {
     SemanticSettings { noise_scale: told.noise_scale * factor, ..told }
 }
 
@@ -88,7 +90,7 @@ pub(super) struct Refit {
 }
 
 /// What was made by a way to read crops, and the evidence of it.
-type Tried<T> = (T, Option<f64>);
+pub(super) type Tried<T> = (T, Option<f64>);
 
 /// The noise and the discrepancy, those that were `told` or larger, of the largest evidence that is defined, with that of the drives
 /// `before`; those that were told where none is. With them, what was made `by` them.
@@ -113,12 +115,12 @@ pub(super) fn most_probable<T>(
 
 /// The most probable of several ways to read crops, of which the first was tried, with the log-odds of `before`; and the log-odds of each
 /// over the first by this drive alone, 0 where either has none. What has no evidence never is it, but the first where none has.
-fn best_of<T, const N: usize>(
-    ways: [SemanticSettings; N],
+pub(super) fn best_of<W: Copy, T, const N: usize>(
+    ways: [W; N],
     first: Tried<T>,
     before: &[f64; N],
-    mut by: impl FnMut(&SemanticSettings) -> Result<Tried<T>, EstimateError>,
-) -> Result<(SemanticSettings, Tried<T>, [f64; N]), EstimateError> {
+    mut by: impl FnMut(&W) -> Result<Tried<T>, EstimateError>,
+) -> Result<(W, Tried<T>, [f64; N]), EstimateError> {
     let told = first.1;
     let mut best = (0, first);
     let mut odds = [0.0; N];

@@ -95,6 +95,22 @@ impl Semantic<'_> {
         Ok((self.told(posterior, &added, observations), evidence))
     }
 
+    /// Likewise, of an evidence that other models of the same measurement have the same constant of: with the normalizers of the latents' prior
+    /// and of the model's whitening.
+    pub(super) fn evidenced_among_models(
+        &self,
+        observations: &Observations,
+    ) -> Result<(Estimate, Option<f64>), EstimateError> {
+        let (posterior, added) = self.posterior(observations)?;
+        let numbers = (added.len() * self.reader().latent_dim()) as f64;
+        let views: usize = added.values().map(|added| added.object.views.len()).sum();
+        let log_det = libm::log(self.model.noise().sqrt_information().determinant().abs());
+        let normalizer =
+            self.semantics.information_scale * views as f64 * log_det - numbers * libm::log(TAU) / 2.0;
+        let evidence = self.evidence_of(&posterior, &added).map(|evidence| evidence + normalizer);
+        Ok((self.told(posterior, &added, observations), evidence))
+    }
+
     fn evidence_of(&self, posterior: &Posterior<'_>, added: &BTreeMap<usize, Added>) -> Option<f64> {
         let Posterior { graph, solution, .. } = posterior;
         let views: usize = added.values().map(|added| added.object.views.len()).sum();

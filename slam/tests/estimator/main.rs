@@ -19,6 +19,7 @@ mod model;
 mod online;
 mod online_ranges;
 mod pairs;
+mod process_refitted;
 mod ranges;
 mod recovery;
 mod repeatable;

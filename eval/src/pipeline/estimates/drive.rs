@@ -1,14 +1,14 @@
 //! A drive of a life: the answer of a row that learns, and what it knows after it.
 
 use super::row_input::RowInput;
-use super::{Answer, FILE, Inputs, Method, PANICKED, StageCache, layer_of, seen_in_truth};
+use super::{Answer, FILE, Inputs, Method, PANICKED, StageCache, layer_of, processes_of, seen_in_truth};
 use crate::pipeline::{StageError, code};
 use crate::scene_file::estimator::EstimatorSpec;
 use crate::scene_file::row::Reader;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use vantage_dataset::store::Key;
-use vantage_model::LastLayer;
+use vantage_model::{LastLayer, ObservationModel};
 use vantage_slam::{EstimateError, Learnt, Lesson};
 
 /// An answer, and what is known after it by a row that learns.
@@ -53,8 +53,12 @@ fn learnt(
     cache.json(&key, FILE, || {
         let observations = given.observations()?;
         let layer = layer_of(method)?;
+        let processes = processes_of(method)?;
+        let processes =
+            processes.as_ref().map(|tried| tried.each_ref().map(|of| of as &dyn ObservationModel));
         let views = seen_in_truth(observations, given.episode, method)?;
         let reader = Reader {
+            processes,
             layer: layer.as_ref().map(|layer| layer as &dyn LastLayer),
             seen: views.as_deref(),
             ..method.model.reader()
