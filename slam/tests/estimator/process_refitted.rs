@@ -173,3 +173,48 @@ fn crops_of_later_drives_are_known_better_and_a_life_goes_on_from_what_was_store
         assert!(gains[1] > 0.5 && gains[2] > 0.5, "{gains:?}");
     });
 }
+
+#[test]
+fn where_there_is_nothing_to_learn_from_the_answer_is_finite() {
+    let (model, sparse) = (model(), WorldSpec::sparse_loop());
+    for (what, spec, garbage) in [
+        ("a robot that stands still", WorldSpec { laps: 0.0, ..sparse }, false),
+        ("one object", WorldSpec { objects: 1, ..sparse }, false),
+        ("no object", WorldSpec { objects: 0, ..sparse }, false),
+        ("measurements of another model", sparse, true),
+    ] {
+        let mut world = World::new(&spec, Some(&model), Seed(2));
+        for detection in world.observations.detections.iter_mut().filter(|_| garbage) {
+            detection.masked_crop =
+                TanhModel::crop(&(model.measure(&detection.masked_crop).unwrap() * -30.0));
+        }
+        let learnt =
+            refitted(&model, |learner| learner.learn(&world.observations, &Lesson::default()).unwrap());
+        println!("{what}: {}, {:.3} m", learnt.estimate.outcome, world.ate(&learnt.estimate));
+        assert_eq!(learnt.estimate.world_from_robot.len(), world.observations.steps(), "{what}");
+        assert!(world.ate(&learnt.estimate).is_finite(), "{what}");
+        let odds = learnt.lesson.process;
+        assert!(odds.process.iter().chain(&odds.spread).all(|x| x.is_finite()), "{what}: {odds:?}");
+    }
+}
+
+#[test]
+fn wrong_associations_do_no_more_harm_than_to_the_model_alone() {
+    let (model, spec) = (model(), WorldSpec::sparse_loop());
+    let settings = matching_settings(&spec);
+    for every in [10, 3] {
+        let mut sums = [0.0; 2];
+        for seed in 0..4 {
+            let mut world = world(&model, 3.0, seed);
+            for detection in world.observations.detections.iter_mut().step_by(every) {
+                detection.track = (detection.track + 1) % spec.objects;
+            }
+            let frozen = Semantic::new(&settings, &model).estimate(&world.observations).unwrap();
+            let own = refitted(&model, |learner| learner.estimate(&world.observations).unwrap());
+            sums[0] += world.ate(&frozen) / 4.0;
+            sums[1] += world.ate(&own) / 4.0;
+        }
+        println!("one association of {every} wrong: frozen and refitted {sums:.3?} m");
+        assert!(sums[1] < 1.1 * sums[0], "{sums:?}");
+    }
+}
