@@ -50,10 +50,10 @@ pub struct NoiseOdds {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessOdds {
-    /// Of the model alone, and of each process beside it.
-    pub process: [f64; PROCESSES + 1],
-    /// Of each spread of the semantic residual, under the process of its drive.
-    pub spread: [f64; SPREADS],
+    /// Of the model alone, and of each size of a process beside it.
+    pub size: [f64; PROCESSES + 1],
+    /// Of the noise, under the size that was taken on its drive.
+    pub noise: NoiseOdds,
 }
 
 impl Lesson {
@@ -70,8 +70,11 @@ impl Lesson {
             discrepancy: std::array::from_fn(odds(|of| &of.noise.discrepancy)),
         };
         let process = ProcessOdds {
-            process: std::array::from_fn(odds(|of| &of.process.process)),
-            spread: std::array::from_fn(odds(|of| &of.process.spread)),
+            size: std::array::from_fn(odds(|of| &of.process.size)),
+            noise: NoiseOdds {
+                spread: std::array::from_fn(odds(|of| &of.process.noise.spread)),
+                discrepancy: std::array::from_fn(odds(|of| &of.process.noise.discrepancy)),
+            },
         };
         let domains: Vec<_> = ways.iter().map(|(weight, way)| (*weight, way.domain.as_ref())).collect();
         let decoders: Vec<_> = ways.iter().map(|(weight, way)| (*weight, way.decoder.as_ref())).collect();
@@ -97,7 +100,7 @@ impl NoiseOdds {
 impl ProcessOdds {
     /// Likewise.
     pub(crate) fn after(&self, drive: &Self) -> Self {
-        Self { process: sum(&self.process, &drive.process), spread: sum(&self.spread, &drive.spread) }
+        Self { size: sum(&self.size, &drive.size), noise: self.noise.after(&drive.noise) }
     }
 }
 
@@ -169,7 +172,10 @@ mod tests {
     fn lesson(spread: f64, mean: f64, change: f64) -> Lesson {
         Lesson {
             noise: NoiseOdds { spread: [0.0, spread, 0.0, 0.0], discrepancy: [0.0, -spread, 0.0] },
-            process: ProcessOdds { process: [0.0, 0.0, spread, 0.0], spread: [0.0, 0.0, 0.0, -spread] },
+            process: ProcessOdds {
+                size: [0.0, 0.0, spread, 0.0],
+                noise: NoiseOdds { spread: [0.0, 0.0, 0.0, -spread], ..NoiseOdds::default() },
+            },
             domain: Some(DomainBelief {
                 mean: DVector::repeat(1, mean),
                 covariance: DMatrix::identity(1, 1),
@@ -186,6 +192,8 @@ mod tests {
     fn ways_to_tell_who_is_who_are_mixed_by_their_weights() {
         let mixed = Lesson::mixed(&[(0.75, lesson(-20.0, 1.0, 2.0)), (0.25, lesson(4.0, 5.0, -2.0))]);
         assert_eq!((mixed.noise.spread, mixed.noise.discrepancy), ([0.0, -14.0, 0.0, 0.0], [0.0, 14.0, 0.0]));
+        let of_process = (mixed.process.size, mixed.process.noise.spread);
+        assert_eq!(of_process, ([0.0, 0.0, -14.0, 0.0], [0.0, 0.0, 0.0, 14.0]));
         let domain = mixed.domain.unwrap();
         // Of means 1 and 5: 2, with 0.75 * 1 + 0.25 * 9 between them.
         assert_relative_eq!(domain.mean[0], 2.0, epsilon = 1e-12);

@@ -85,8 +85,8 @@ pub use estimate::{
 };
 pub use estimator::{
     AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
-    Learner, Learnt, OdometryOnly, ProcessRefitted, Refitted, SeenView, Semantic, Uninformative,
-    ViewpointPairs,
+    Learner, Learnt, OdometryOnly, PROCESS_SIZES, ProcessRefitted, Refitted, SeenView, Semantic,
+    Uninformative, ViewpointPairs,
 };
 pub use input::EstimateError;
 pub use lesson::{Lesson, PROCESSES};

@@ -122,7 +122,7 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
         .replace("{ field: robot.path.circle.radius, over: [1.5, 1.6] }", "{ field: drive, over: [1, 2] }")
         .replace(
             "[odometry, geometric] }",
-            "[geometric, noise_refitted, domain_adapted, decoder_adapted, decoder_taught] }",
+            "[geometric, noise_refitted, process_refitted, domain_adapted, decoder_adapted, decoder_taught] }",
         )
         .replace("Three objects", "A life, life: [{ from: 1 }, { from: 2, set: { world.objects: 2 } }]")
         .replace(
@@ -142,6 +142,7 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
         "geometric",
         "viewpoint_dependent",
         "noise_refitted",
+        "process_refitted",
         "domain_adapted",
         "decoder_adapted",
         "decoder_taught",

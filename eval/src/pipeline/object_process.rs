@@ -8,11 +8,9 @@ use vantage_dataset::{Split, ViewSet};
 use vantage_learn::residual_process::{ResidualHyperparameters, ResidualProcess};
 use vantage_learn::{Kind, Model};
 use vantage_model::ObservationModel;
-use vantage_slam::PROCESSES;
+use vantage_slam::{PROCESS_SIZES, PROCESSES};
 
 const FILE: &str = "residual_process.json";
-/// Deviations of the corrections that are tried on a drive, in those of the model's noise.
-const SIZES: [f64; PROCESSES] = [0.5, 1.0, 2.0];
 
 /// Fitted on the scene's validation views, and what identifies these.
 pub fn object_process(
@@ -25,10 +23,10 @@ pub fn object_process(
     Ok((fitted, seal))
 }
 
-/// Processes of each size beside a model, of which nothing is fitted.
+/// Processes of the [`PROCESS_SIZES`] beside a model, of which nothing is fitted.
 pub fn processes(model: &dyn ObservationModel) -> Result<[ResidualProcess<'_>; PROCESSES], ModelRefusal> {
     let of_size = |size| ResidualProcess::new(model, &ResidualHyperparameters::of_size(size, model));
-    let [small, middle, large] = SIZES.map(of_size);
+    let [small, middle, large] = PROCESS_SIZES.map(of_size);
     let all = || Ok([small?, middle?, large?]);
     all().map_err(ModelRefusal::Answer)
 }

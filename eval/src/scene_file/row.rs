@@ -158,8 +158,8 @@ rows! {
         let semantics = SemanticSettings { azimuth_discrepancy: None, ..settings.semantics };
         Semantic::new(&Settings { semantics, ..*settings }, reader.process())
     };
-    /// `viewpoint_dependent`, with such a process per object that is fitted on nothing: how large it is, is refitted on the episode, and the
-    /// noise of crops under it; runs where a scene names it.
+    /// `noise_refitted`, with a process per object beside the model that is fitted on nothing: its size is refitted on the episode, too; runs
+    /// where a scene names it.
     ProcessRefitted => |settings: &Settings, reader: Reader<'m>| {
         ProcessRefitted::new(settings, reader.model, reader.processes())
     };

@@ -94,10 +94,11 @@ impl Reading<'_> {
 
     /// The noise refitted on what is read.
     fn refitted(&mut self, before: &Learnt) -> Result<Learnt, EstimateError> {
-        let by = |semantics: &SemanticSettings| {
+        let mut by = |semantics: &SemanticSettings| {
             Ok(((), self.evidence(&Learnt { semantics: *semantics, ..*before })?.log))
         };
-        let (refit, ()) = most_probable(before.semantics, &NoiseOdds::default(), by)?;
+        let first = by(&before.semantics)?;
+        let (refit, ()) = most_probable(before.semantics, first, &NoiseOdds::default(), by)?;
         Ok(Learnt { semantics: refit.semantics, ..*before })
     }
 }

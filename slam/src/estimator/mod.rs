@@ -24,7 +24,7 @@ pub use domain_adapted::DomainAdapted;
 pub use geometric::Geometric;
 pub use odometry::OdometryOnly;
 pub use pairs::ViewpointPairs;
-pub use process_refitted::ProcessRefitted;
+pub use process_refitted::{PROCESS_SIZES, ProcessRefitted};
 pub use refitted::Refitted;
 pub use semantic::{SeenView, Semantic};
 pub use uninformative::Uninformative;
@@ -71,13 +71,15 @@ pub trait Learner: Estimator {
 
 /// The log-evidence of one way to read a drive's crops over that of another, nats a crop.
 fn gain_a_crop(own: (&Estimate, Option<f64>), other: (&Estimate, Option<f64>)) -> Option<f64> {
-    let read = |estimate: &Estimate| -> Vec<usize> {
-        estimate.objects.iter().map(|object| object.as_ref().map_or(0, |of| of.semantic_views)).collect()
-    };
-    let (of_own, of_other) = (read(own.0), read(other.0));
+    let (of_own, of_other) = (crops_read(own.0), crops_read(other.0));
     let crops: usize = of_own.iter().sum();
     let is_defined = crops > 0 && of_own == of_other && is_at_maximum(own.0) && is_at_maximum(other.0);
     is_defined.then_some((own.1? - other.1?) / crops as f64)
+}
+
+/// Of each object, how many crops are read.
+fn crops_read(estimate: &Estimate) -> Vec<usize> {
+    estimate.objects.iter().map(|object| object.as_ref().map_or(0, |of| of.semantic_views)).collect()
 }
 
 /// Whether the solver came to a maximum, near which a posterior is what it is taken for.

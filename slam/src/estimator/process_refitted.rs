@@ -2,11 +2,11 @@
 //! corrections are, and how far crops are trusted, is refitted on the run itself, from one drive on to the next: nothing is told of how far the
 //! model is off.
 //!
-//! Of the processes that are tried and of the model alone, that is taken which makes all that is observed most probable; under it, likewise,
-//! the spread of the semantic residual. With a process there is no discrepancy of azimuths: what it would explain, the process does.
+//! Of the model alone and of each size of the process, that is taken which makes all that is observed most probable; under it, as of
+//! [`Refitted`](super::Refitted), the spread of the semantic residual and the discrepancy of azimuths.
 
-use super::refitted::{SPREAD, Tried, best_of, likeliest, with_spread};
-use super::{Estimator, Learner, Learnt, Semantic, gain_a_crop, is_at_maximum};
+use super::refitted::{Tried, best_of, known_before, likeliest, most_probable};
+use super::{Estimator, Learner, Learnt, Semantic, crops_read, is_at_maximum};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::lesson::{Lesson, PROCESSES, ProcessOdds};
@@ -14,26 +14,35 @@ use crate::settings::{SemanticSettings, Settings};
 use vantage_dataset::Observations;
 use vantage_model::ObservationModel;
 
-/// [`Semantic`] by the model, or by one of several processes beside it.
+/// Deviations of the corrections that are tried, in those of the model's noise.
+pub const PROCESS_SIZES: [f64; PROCESSES] = [0.5, 1.0, 2.0];
+
+/// [`Semantic`] by the model, or by a process of one of several sizes beside it.
 pub struct ProcessRefitted<'m> {
     settings: Settings,
     model: &'m dyn ObservationModel,
     processes: [&'m dyn ObservationModel; PROCESSES],
 }
 
-/// A way to read crops: by the model alone or the process of that number less 1, and with that factor of the residual's spread.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A way to read crops: by the model alone or with the process of that number, under these settings.
+#[derive(Clone, Copy, PartialEq)]
 struct Way {
-    process: usize,
-    spread: f64,
+    process: Option<usize>,
+    semantics: SemanticSettings,
 }
 
-impl Way {
-    const TOLD: Self = Self { process: 0, spread: 1.0 };
+/// Ways that were tried on a drive, with their log-evidences.
+struct Trial<'t> {
+    of: &'t ProcessRefitted<'t>,
+    observations: &'t Observations,
+    tried: Vec<(Way, Option<f64>)>,
+    /// Crops that the first way read.
+    crops: Option<Vec<usize>>,
 }
 
 impl<'m> ProcessRefitted<'m> {
-    /// An estimator that reads crops by `model`, or by one of `processes`: models that correct it, whose latents begin with its own.
+    /// An estimator that reads crops by `model`, or by one of `processes` beside it, of the sizes of [`PROCESS_SIZES`], whose latents begin
+    /// with those of the model.
     pub fn new(
         settings: &Settings,
         model: &'m dyn ObservationModel,
@@ -41,22 +50,33 @@ impl<'m> ProcessRefitted<'m> {
     ) -> Self {
         Self { settings: *settings, model, processes }
     }
+}
 
-    /// The estimate, and the log-evidence of it, which is comparable between ways.
-    fn by(&self, way: &Way, observations: &Observations) -> Result<Tried<Estimate>, EstimateError> {
-        let semantics = with_spread(self.settings.semantics, way.spread);
-        let (semantics, model) = match way.process.checked_sub(1) {
-            None => (semantics, self.model),
-            Some(process) => {
-                (SemanticSettings { azimuth_discrepancy: None, ..semantics }, self.processes[process])
-            }
-        };
-        let settings = Settings { semantics, ..self.settings };
+impl Trial<'_> {
+    /// The estimate, and its log-evidence. That is comparable between ways: `None` where the solver came to no maximum, or where other crops
+    /// are read than by the first way.
+    fn by(&mut self, way: &Way) -> Result<Tried<Estimate>, EstimateError> {
+        let ProcessRefitted { settings, model, processes } = self.of;
+        let settings = Settings { semantics: way.semantics, ..*settings };
+        let reader = way.process.map_or(*model, |process| processes[process]);
         let (mut estimate, evidence) =
-            Semantic::new(&settings, model).evidenced_among_models(observations)?;
+            Semantic::new(&settings, reader).evidenced_among_models(self.observations)?;
         let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
-        latents.for_each(|latent| latent.truncate(self.model.latent_dim()));
+        latents.for_each(|latent| latent.truncate(model.latent_dim()));
+        let crops = crops_read(&estimate);
+        let is_comparable =
+            is_at_maximum(&estimate) && self.crops.get_or_insert_with(|| crops.clone()) == &crops;
+        let evidence = evidence.filter(|_| is_comparable);
+        self.tried.push((*way, evidence));
         Ok((estimate, evidence))
+    }
+
+    /// The log-evidence of a way.
+    fn evidence(&mut self, way: &Way) -> Result<Option<f64>, EstimateError> {
+        match self.tried.iter().find(|(tried, _)| tried == way) {
+            Some((_, evidence)) => Ok(*evidence),
+            None => Ok(self.by(way)?.1),
+        }
     }
 }
 
@@ -69,23 +89,24 @@ impl Estimator for ProcessRefitted<'_> {
 /// By the evidences of all drives so far, those of older ones counting less.
 impl Learner for ProcessRefitted<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
-        let by = |way: &Way| self.by(way, observations);
-        let told = by(&Way::TOLD)?;
-        let of_told = (told.0.clone(), told.1);
-        let ways = std::array::from_fn::<_, { PROCESSES + 1 }, _>(|process| Way { process, ..Way::TOLD });
-        let (way, best, process) = best_of(ways, told, &before.process.process, by)?;
-        let (_, best, spread) =
-            best_of(SPREAD.map(|spread| Way { spread, ..way }), best, &before.process.spread, by)?;
+        let semantics = self.settings.semantics;
+        let alone = Way { process: None, semantics };
+        let mut trial = Trial { of: self, observations, tried: Vec::new(), crops: None };
+        let first = trial.by(&alone)?;
+        let ways = std::array::from_fn(|size| Way { process: size.checked_sub(1), semantics });
+        let (way, best, size) = best_of(ways, first, &before.process.size, |way| trial.by(way))?;
+        let by = |semantics: &SemanticSettings| trial.by(&Way { semantics: *semantics, ..way });
+        let (refit, estimate) = most_probable(semantics, best, &before.process.noise, by)?;
 
         let known = Way {
-            process: likeliest(&before.process.process),
-            spread: SPREAD[likeliest(&before.process.spread)],
+            process: likeliest(&before.process.size).checked_sub(1),
+            semantics: known_before(semantics, &before.process.noise),
         };
-        let own = if known == Way::TOLD { (of_told.0.clone(), of_told.1) } else { by(&known)? };
-        let gain = gain_a_crop((&own.0, own.1), (&of_told.0, of_told.1));
-        let odds =
-            if is_at_maximum(&best.0) { ProcessOdds { process, spread } } else { ProcessOdds::default() };
-        let lesson = Lesson { process: before.process.after(&odds), ..before.clone() };
-        Ok(Learnt { estimate: best.0, lesson, gain })
+        let crops: usize = crops_read(&estimate).iter().sum();
+        let gain = trial.evidence(&known)?.zip(trial.evidence(&alone)?);
+        let gain =
+            gain.filter(|_| crops > 0).map(|(of_known, of_alone)| (of_known - of_alone) / crops as f64);
+        let process = before.process.after(&ProcessOdds { size, noise: refit.odds });
+        Ok(Learnt { estimate, lesson: Lesson { process, ..before.clone() }, gain })
     }
 }

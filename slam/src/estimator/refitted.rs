@@ -11,7 +11,7 @@ use vantage_dataset::Observations;
 use vantage_model::ObservationModel;
 
 /// Factors of the spread of the semantic residual that are tried.
-pub(super) const SPREAD: [f64; SPREADS] = [1.0, 1.4, 2.0, 2.8];
+const SPREAD: [f64; SPREADS] = [1.0, 1.4, 2.0, 2.8];
 /// Factors of the discrepancy's deviation that are tried, under the best of those.
 const DISCREPANCY: [f64; DISCREPANCIES] = [1.0, 2.0, 4.0];
 
@@ -42,7 +42,7 @@ impl Learner for Refitted<'_> {
             let settings = Settings { semantics: *semantics, ..self.settings };
             Semantic::new(&settings, self.model).evidenced(observations)
         };
-        let (refit, estimate) = most_probable(told, &before.noise, by)?;
+        let (refit, estimate) = most_probable(told, by(&told)?, &before.noise, by)?;
         let known = known_before(told, &before.noise);
         let own = if known == told {
             (None, refit.told)
@@ -57,7 +57,7 @@ impl Learner for Refitted<'_> {
 }
 
 /// The way to read crops that is most probable by drives before alone.
-fn known_before(told: SemanticSettings, before: &NoiseOdds) -> SemanticSettings {
+pub(super) fn known_before(told: SemanticSettings, before: &NoiseOdds) -> SemanticSettings {
     let spread = with_spread(told, SPREAD[likeliest(&before.spread)]);
     with_discrepancy(spread, DISCREPANCY[likeliest(&before.discrepancy)])
 }
@@ -67,7 +67,7 @@ pub(super) fn likeliest<const N: usize>(odds: &[f64; N]) -> usize {
     (0..N).rev().max_by(|&a, &b| odds[a].total_cmp(&odds[b])).unwrap_or(0)
 }
 
-pub(super) fn with_spread(told: SemanticSettings, factor: f64) -> SemanticSettings {
+fn with_spread(told: SemanticSettings, factor: f64) -> SemanticSettings {
     SemanticSettings { noise_scale: told.noise_scale * factor, ..told }
 }
 
@@ -84,7 +84,7 @@ pub(super) struct Refit {
     /// How crops are read by them.
     pub(super) semantics: SemanticSettings,
     /// What this drive says of all that were tried.
-    odds: NoiseOdds,
+    pub(super) odds: NoiseOdds,
     /// The log-evidence of what was told.
     told: Option<f64>,
 }
@@ -93,13 +93,13 @@ pub(super) struct Refit {
 pub(super) type Tried<T> = (T, Option<f64>);
 
 /// The noise and the discrepancy, those that were `told` or larger, of the largest evidence that is defined, with that of the drives
-/// `before`; those that were told where none is. With them, what was made `by` them.
+/// `before`; those that were told, which gave the `first`, where none is. With them, what was made `by` them.
 pub(super) fn most_probable<T>(
     told: SemanticSettings,
+    first: Tried<T>,
     before: &NoiseOdds,
     mut by: impl FnMut(&SemanticSettings) -> Result<Tried<T>, EstimateError>,
 ) -> Result<(Refit, T), EstimateError> {
-    let first = by(&told)?;
     let of_told = first.1;
     let (semantics, best, of_spread) =
         best_of(SPREAD.map(|factor| with_spread(told, factor)), first, &before.spread, &mut by)?;
@@ -150,7 +150,7 @@ mod tests {
         let told = SemanticSettings { azimuth_discrepancy: None, ..SemanticSettings::default() };
         let by_scale = |evidence: fn(f64) -> Option<f64>| {
             let by = |of: &SemanticSettings| Ok((of.noise_scale, evidence(of.noise_scale)));
-            let (refit, made) = most_probable(told, &NoiseOdds::default(), by).unwrap();
+            let (refit, made) = most_probable(told, by(&told).unwrap(), &NoiseOdds::default(), by).unwrap();
             assert_eq!(refit.semantics.noise_scale, made);
             made / told.noise_scale
         };
@@ -169,15 +169,15 @@ mod tests {
             tried.push((of.noise_scale, of.azimuth_discrepancy.map_or(0.0, |of| of.sigma)));
             Ok(((), Some(-(of.noise_scale - 2.0).abs())))
         };
-        most_probable(told, &NoiseOdds::default(), by).unwrap();
-        assert_eq!(tried, [(1.0, 1.0), (1.4, 1.0), (2.0, 1.0), (2.8, 1.0), (2.0, 2.0), (2.0, PI)]);
+        most_probable(told, ((), Some(-1.0)), &NoiseOdds::default(), by).unwrap();
+        assert_eq!(tried, [(1.4, 1.0), (2.0, 1.0), (2.8, 1.0), (2.0, 2.0), (2.0, PI)]);
     }
 
     #[test]
     fn what_drives_before_say_counts() {
         let told = SemanticSettings { azimuth_discrepancy: None, ..SemanticSettings::default() };
         let by = |of: &SemanticSettings| Ok(((), Some(-of.noise_scale / told.noise_scale)));
-        let after = |before: &NoiseOdds| most_probable(told, before, by).unwrap().0;
+        let after = |before: &NoiseOdds| most_probable(told, by(&told).unwrap(), before, by).unwrap().0;
         let first = after(&NoiseOdds::default());
         assert_eq!(first.semantics.noise_scale, told.noise_scale);
         assert_eq!(first.odds.spread.map(|odds| (odds * 10.0).round()), [0.0, -4.0, -10.0, -18.0]);

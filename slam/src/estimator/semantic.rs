@@ -95,28 +95,28 @@ impl Semantic<'_> {
         Ok((self.told(posterior, &added, observations), evidence))
     }
 
-    /// Likewise, of an evidence that other models of the same measurement have the same constant of: with the normalizers of the latents' prior
-    /// and of the model's whitening.
+    /// Likewise, with the normalizers of the latents' prior and of the model's whitening: the constant is that of all models of one measurement
+    /// and of the same degrees of freedom, that read the same crops.
     pub(super) fn evidenced_among_models(
         &self,
         observations: &Observations,
     ) -> Result<(Estimate, Option<f64>), EstimateError> {
         let (posterior, added) = self.posterior(observations)?;
         let numbers = (added.len() * self.reader().latent_dim()) as f64;
-        let views: usize = added.values().map(|added| added.object.views.len()).sum();
-        let log_det = libm::log(self.model.noise().sqrt_information().determinant().abs());
-        let normalizer =
-            self.semantics.information_scale * views as f64 * log_det - numbers * libm::log(TAU) / 2.0;
+        let upper = self.model.noise().sqrt_information().clone().lu().u();
+        let log_det: f64 = upper.diagonal().iter().map(|x| libm::log(x.abs())).sum();
+        let of_views = self.semantics.information_scale * views_of(&added) as f64 * log_det;
+        let normalizer = of_views - numbers * libm::log(TAU) / 2.0;
         let evidence = self.evidence_of(&posterior, &added).map(|evidence| evidence + normalizer);
+        let evidence = evidence.filter(|evidence| evidence.is_finite());
         Ok((self.told(posterior, &added, observations), evidence))
     }
 
     fn evidence_of(&self, posterior: &Posterior<'_>, added: &BTreeMap<usize, Added>) -> Option<f64> {
         let Posterior { graph, solution, .. } = posterior;
-        let views: usize = added.values().map(|added| added.object.views.len()).sum();
         // What whitening takes out of each view's density.
         let SemanticSettings { noise_scale, information_scale, .. } = self.semantics;
-        let numbers = (views * self.model.measurement_dim()) as f64;
+        let numbers = (views_of(added) * self.model.measurement_dim()) as f64;
         let spread = information_scale * numbers * libm::log(noise_scale);
         log_evidence_of_all(graph, &solution.values).map(|evidence| evidence - spread)
     }
@@ -230,6 +230,11 @@ impl Semantic<'_> {
         }
         Ok(unknown)
     }
+}
+
+/// Views that are read.
+fn views_of(added: &BTreeMap<usize, Added>) -> usize {
+    added.values().map(|added| added.object.views.len()).sum()
 }
 
 impl Estimator for Semantic<'_> {
