@@ -158,7 +158,7 @@ rows! {
         let semantics = SemanticSettings { azimuth_discrepancy: None, ..settings.semantics };
         Semantic::new(&Settings { semantics, ..*settings }, reader.process())
     };
-    /// `noise_refitted`, with a process per object beside the model that is fitted on nothing: its size is refitted on the episode, too; runs
+    /// `noise_refitted`, with a process per object beside the model, fitted on nothing before: its size is refitted on the episode, too; runs
     /// where a scene names it.
     ProcessRefitted => |settings: &Settings, reader: Reader<'m>| {
         ProcessRefitted::new(settings, reader.model, reader.processes())

@@ -64,8 +64,8 @@ impl Trial<'_> {
         let latents = estimate.objects.iter_mut().flatten().filter_map(|object| object.latent.as_mut());
         latents.for_each(|latent| latent.truncate(model.latent_dim()));
         let crops = crops_read(&estimate);
-        let is_comparable =
-            is_at_maximum(&estimate) && self.crops.get_or_insert_with(|| crops.clone()) == &crops;
+        let are_same = self.crops.get_or_insert_with(|| crops.clone()) == &crops;
+        let is_comparable = are_same && is_at_maximum(&estimate);
         let evidence = evidence.filter(|_| is_comparable);
         self.tried.push((*way, evidence));
         Ok((estimate, evidence))
