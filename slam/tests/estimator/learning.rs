@@ -1,7 +1,7 @@
 //! Learning while localising (Eq. 25-26): a domain that differs from training is found and undone, and noise that was told too small is noticed.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_settings};
+use crate::world::{World, WorldSpec, matching_settings, nothing_to_learn_from};
 use nalgebra::{DMatrix, DVector, Vector3};
 use vantage_dataset::{Observations, Seed, Viewpoint};
 use vantage_model::ObservationModel;
@@ -108,13 +108,8 @@ fn what_cannot_be_checked_on_another_session_is_rolled_back() {
 
 #[test]
 fn where_there_is_nothing_to_learn_from_the_answer_is_finite() {
-    let (model, sparse) = (model(), WorldSpec::sparse_loop());
-    for (what, spec, garbage) in [
-        ("a robot that stands still", WorldSpec { laps: 0.0, ..sparse }, false),
-        ("one object", WorldSpec { objects: 1, ..sparse }, false),
-        ("no object", WorldSpec { objects: 0, ..sparse }, false),
-        ("measurements of another model", sparse, true),
-    ] {
+    let model = model();
+    for (what, spec, garbage) in nothing_to_learn_from() {
         let mut world = World::new(&spec, Some(&model), Seed(2));
         if garbage {
             moved(&mut world, &model, -3.0, 200.0);

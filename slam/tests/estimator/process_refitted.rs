@@ -2,7 +2,7 @@
 //! them, each in its own way, and not where they do not.
 
 use crate::model::TanhModel;
-use crate::world::{World, WorldSpec, matching_settings};
+use crate::world::{World, WorldSpec, matching_settings, nothing_to_learn_from};
 use nalgebra::{DMatrix, DVector};
 use vantage_dataset::{Crop, Seed, Viewpoint};
 use vantage_model::{
@@ -195,13 +195,8 @@ fn crops_of_later_drives_are_known_better_and_a_life_goes_on_from_what_was_store
 
 #[test]
 fn where_there_is_nothing_to_learn_from_the_answer_is_finite() {
-    let (model, sparse) = (model(), WorldSpec::sparse_loop());
-    for (what, spec, garbage) in [
-        ("a robot that stands still", WorldSpec { laps: 0.0, ..sparse }, false),
-        ("one object", WorldSpec { objects: 1, ..sparse }, false),
-        ("no object", WorldSpec { objects: 0, ..sparse }, false),
-        ("measurements of another model", sparse, true),
-    ] {
+    let model = model();
+    for (what, spec, garbage) in nothing_to_learn_from() {
         let mut world = World::new(&spec, Some(&model), Seed(2));
         for detection in world.observations.detections.iter_mut().filter(|_| garbage) {
             detection.masked_crop =

@@ -59,6 +59,17 @@ pub struct World {
     pub sizes: Vec<f64>,
 }
 
+/// Worlds that teach a robot nothing, and whether their crops are to be made garbage.
+pub fn nothing_to_learn_from() -> [(&'static str, WorldSpec, bool); 4] {
+    let sparse = WorldSpec::sparse_loop();
+    [
+        ("a robot that stands still", WorldSpec { laps: 0.0, ..sparse }, false),
+        ("one object", WorldSpec { objects: 1, ..sparse }, false),
+        ("no object", WorldSpec { objects: 0, ..sparse }, false),
+        ("measurements of another model", sparse, true),
+    ]
+}
+
 /// Diameter over box side in these worlds.
 pub const SIZE_OVER_BOX_SIDE: f64 = 1.2;
 
