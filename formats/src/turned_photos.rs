@@ -105,7 +105,7 @@ fn photos(root: &Path) -> Result<BTreeMap<String, Vec<Photo>>, ImportError> {
     folders.extend(entries(root)?.into_iter().filter(|path| path.is_dir()));
     let mut found: BTreeMap<String, Vec<Photo>> = BTreeMap::new();
     for (session, folder) in folders.iter().enumerate() {
-        let files: BTreeSet<PathBuf> = entries(folder)?.into_iter().filter(|path| path.is_file()).collect();
+        let files: BTreeSet<PathBuf> = entries(folder)?.into_iter().filter(|path| !path.is_dir()).collect();
         for path in &files {
             let Some((name, degrees)) = named(path) else { continue };
             let mask = path.with_file_name(format!("{}{MASK}.png", stem(path)));
@@ -240,6 +240,27 @@ mod tests {
         RgbImage::new(5, 5).save(at("cup__0_mask.png")).unwrap();
         let (set, report) = read(folder.path()).unwrap();
         assert!(set.instances.is_empty() && report.skipped[0].reason.contains("as large as its image"));
+    }
+
+    #[test]
+    fn a_huge_image_is_left_out_and_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let huge = folder.path().join("cup__10.png");
+        RgbImage::new(1, 20_000).save(&huge).unwrap();
+        write(&folder.path().join("cup__0.png"));
+        let (set, report) = read(folder.path()).unwrap();
+        assert_eq!((set.views.len(), &report.skipped[0].file), (1, &huge));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_regular_file_is_left_out_and_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("cup__10.png");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        write(&folder.path().join("cup__0.png"));
+        let (set, report) = read(folder.path()).unwrap();
+        assert_eq!((set.views.len(), &report.skipped[0].file), (1, &pipe));
     }
 
     #[test]

@@ -1,13 +1,10 @@
 //! What results were made on, and with which model: where these are the same, differences come from the code, as a rule (virtual machines
 //! give different processors one name).
 
-use crate::result::manifest::{FILE_NAME, Host, Manifest, Renderer};
+use crate::result::manifest::{FILE_NAME, Host, LARGEST_FILE, Manifest, Renderer};
 use serde::Deserialize;
 use std::path::Path;
 use vantage_dataset::store::read_regular;
-
-/// Largest manifest, bytes.
-const LARGEST_FILE: u64 = 16 << 20;
 
 /// The part of a manifest that tells what computed and rendered, and which model was asked.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]

@@ -11,11 +11,11 @@ use crate::scene_file::{self, SceneFile};
 use crate::supplied;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use vantage_dataset::store::StoreError;
+use vantage_dataset::store::{StoreError, read_regular};
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::readout::Readouts;
 use vantage_learn::residual_process::ResidualHyperparameters;
-use vantage_learn::{DecoderLastLayer, Kind, MANIFEST, Model, Objective, Role, Viewing};
+use vantage_learn::{DecoderLastLayer, Kind, LARGEST_FILE, MANIFEST, Model, Objective, Role, Viewing};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -108,7 +108,7 @@ pub fn chosen_model(
 
 /// What identifies the model in a folder, without loading it; `None` where there is none.
 pub fn model_hash(folder: &Path) -> Option<String> {
-    Some(blake3::hash(&std::fs::read(folder.join(MANIFEST)).ok()?).to_hex().to_string())
+    Some(blake3::hash(&read_regular(&folder.join(MANIFEST), LARGEST_FILE).ok()?).to_hex().to_string())
 }
 
 /// What the rows of models that the user names are called.

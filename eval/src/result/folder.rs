@@ -3,7 +3,7 @@
 use super::error::SaveError;
 use crate::progress::Progress;
 use crate::result::kind::ResultKind;
-use crate::result::manifest::{FILE_NAME, Manifest};
+use crate::result::manifest::{FILE_NAME, LARGEST_FILE, Manifest};
 use crate::result::output_folder::{OutputError, OutputFolder};
 use crate::result::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf};
-use vantage_dataset::store::FolderLock;
+use vantage_dataset::store::{FolderLock, read_regular};
 use vantage_formats::npz::Npz;
 
 /// The manifest's place while files are written: what they are of, and which an earlier run left.
@@ -29,8 +29,9 @@ struct Before {
 impl Before {
     /// That of a folder without a manifest of ours is empty. Of one that does not say what it is of, no file is believed to be ours.
     fn read(folder: &Path) -> Self {
-        let text = [FILE_NAME, PARTIAL].iter().find_map(|name| fs::read_to_string(folder.join(name)).ok());
-        let before: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        let text =
+            [FILE_NAME, PARTIAL].iter().find_map(|name| read_regular(&folder.join(name), LARGEST_FILE).ok());
+        let before: Self = text.and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
         let files = if before.of.is_some() { before.files } else { BTreeSet::new() };
         Self { files, ..before }
     }

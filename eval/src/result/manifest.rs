@@ -15,6 +15,9 @@ use vantage_sim::render::RendererInfo;
 /// Name of the file.
 pub const FILE_NAME: &str = "manifest.json";
 
+/// More bytes no manifest has.
+pub const LARGEST_FILE: u64 = 16 << 20;
+
 /// The lock file this program was built with.
 const LOCK_FILE: &[u8] = include_bytes!("../../../Cargo.lock");
 

@@ -1,15 +1,15 @@
 //! The result that lies in a folder already, its tables, and what it would lose to another run.
 
-use super::manifest::FILE_NAME;
+use super::manifest::{FILE_NAME, LARGEST_FILE};
 use super::report;
 use super::results_file::Results;
 use crate::exit::Ends;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::Seed;
+use vantage_dataset::store::read_regular;
 
 /// The part of a manifest that tells how full a result is, and what stands above its tables.
 #[derive(Debug, Deserialize)]
@@ -51,7 +51,7 @@ impl Ends for FullerResult {}
 impl Standing {
     /// That in `folder`; `None` where there is no finished result.
     pub fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_str(&fs::read_to_string(folder.join(FILE_NAME)).ok()?).ok()
+        serde_json::from_slice(&read_regular(&folder.join(FILE_NAME), LARGEST_FILE).ok()?).ok()
     }
 
     /// Its tables, of its scores as they were read: see [`report::markdown`].
@@ -93,6 +93,16 @@ impl Standing {
 mod tests {
     use super::super::manifest::Manifest;
     use super::*;
+    use std::fs;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_no_manifest() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join(FILE_NAME);
+        assert!(std::process::Command::new("mkfifo").arg(pipe).status().unwrap().success());
+        assert!(Standing::read(folder.path()).is_none());
+    }
 
     #[test]
     fn fewer_seeds_and_another_model_are_refused_and_more_seeds_are_not() {

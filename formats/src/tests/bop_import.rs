@@ -3,6 +3,7 @@
 use super::bop::json;
 use super::*;
 use crate::import::{ImportError, ImportReport};
+use crate::picture::write_jpeg;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -201,6 +202,73 @@ fn splits_are_not_mixed() {
     let error = try_read(folder.path(), &mut Never).unwrap_err().to_string();
     assert!(error.contains("several: train, val"), "{error}");
     assert_eq!(scene_folders(&folder.path().join("val")).unwrap().len(), 2);
+}
+
+#[test]
+fn images_may_be_gray_or_jpeg() {
+    let (folder, _) = written();
+    let at = |name: &str| folder.path().join("train/000000").join(name);
+    let coloured = read(folder.path(), &mut Never).0.remove(0).episode.observations.detections;
+    fs::rename(at("rgb"), at("gray")).unwrap();
+    for image in 0..5 {
+        let png = at(&format!("gray/{image:06}.png"));
+        let pixels = image::open(&png).unwrap();
+        if image == 0 {
+            pixels.to_luma8().save(&png).unwrap();
+        } else {
+            let rgb = pixels.into_rgb8();
+            write_jpeg(&png.with_extension("jpg"), rgb.as_raw(), rgb.width(), rgb.height()).unwrap();
+            fs::remove_file(png).unwrap();
+        }
+    }
+    let seen = read(folder.path(), &mut Never).0.remove(0).episode.observations.detections;
+    assert_eq!(seen.len(), coloured.len());
+    for (own, other) in seen.iter().zip(&coloured) {
+        assert_eq!((own.step, own.track, own.bounding_box), (other.step, other.track, other.bounding_box));
+        let (own_bytes, other_bytes) = (&own.masked_crop.0, &other.masked_crop.0);
+        if own.step == 0 {
+            assert!(own_bytes.chunks(3).all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2]));
+        }
+        let off = own_bytes.iter().zip(other_bytes).map(|(a, b)| a.abs_diff(*b) as u32).sum::<u32>();
+        assert!(own.step == 0 || off / CROP_BYTES as u32 <= 12, "{off}");
+    }
+}
+
+#[test]
+fn huge_images_are_left_out_and_told() {
+    let (folder, scene) = written();
+    let image = folder.path().join("train/000000/rgb/000001.png");
+    image::RgbImage::new(20_000, 1).save(&image).unwrap();
+    let (arrangements, report) = read(folder.path(), &mut Never);
+    assert_eq!(arrangements[0].episode.observations.steps(), scene.captures.len() - 1);
+    assert!(report.skipped.iter().any(|skipped| skipped.file == image), "{report:?}");
+}
+
+/// LM-O has no masks in the copy that is looked for, so that its models are drawn.
+#[test]
+fn photographs_of_lmo_are_episodes() {
+    let root = std::env::var_os("VANTAGE_SHARED").map(PathBuf::from);
+    let root = root.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
+    let folder = root.join("data/photos/lmo");
+    if !folder.is_dir() {
+        let told = "SKIPPED: no photographs; set VANTAGE_SHARED to a folder that holds data/photos/lmo";
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{told}\n").as_bytes());
+        return;
+    }
+    let (arrangements, report) = read(&folder, &mut Outlines);
+    assert!(arrangements.len() > 1, "objects were put anew several times: {report:?}");
+    for arrangement in &arrangements {
+        let Episode { observations, truth, .. } = &arrangement.episode;
+        assert!(observations.steps() >= 3 && truth.objects.len() <= 8, "{}", arrangement.name);
+        assert_eq!(truth.detections.len(), observations.detections.len());
+        assert!(observations.detections.iter().any(|detection| detection.step == 0));
+        for pose in &truth.world_from_robot {
+            let eye = (pose * observations.robot_from_camera).translation.vector;
+            let from_objects =
+                truth.objects.iter().map(|o| (o.world_from_object.translation.vector - eye).norm());
+            assert!(from_objects.clone().all(|distance| (0.2..3.0).contains(&distance)), "metres: {eye}");
+        }
+    }
 }
 
 #[test]

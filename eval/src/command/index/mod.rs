@@ -32,11 +32,13 @@ use crate::scene_file;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use vantage_dataset::store::read_regular;
 
 /// Name of the index.
 pub const INDEX: &str = "README.md";
 
 const UNDEFINED: &str = "-";
+const LARGEST_PAGE: u64 = 16 << 20;
 
 /// Writes the tables of all finished results anew from their raw scores, and the index into the folder; prints its table of scenes
 /// with links from here.
@@ -165,7 +167,8 @@ fn line(root: &Path, folder: &Path, title: &str) -> String {
 
 /// What a study is about: the title of its README or, without one, its purpose.
 fn title(folder: &Path) -> String {
-    let read = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
+    let bytes = |file: &str| read_regular(&folder.join(file), LARGEST_PAGE).unwrap_or_default();
+    let read = |file: &str| String::from_utf8(bytes(file)).unwrap_or_default();
     let first = read(INDEX).lines().find_map(|line| line.strip_prefix("# ").map(str::to_owned));
     first.unwrap_or_else(|| read("variants.md").lines().nth(2).unwrap_or_default().to_owned())
 }

@@ -3,7 +3,7 @@
 use super::error::ReportError;
 use super::pictures::{Picture, pictures};
 use crate::command::error::BenchError;
-use crate::result::manifest::FILE_NAME;
+use crate::result::manifest::{FILE_NAME, LARGEST_FILE};
 use crate::result::report::markdown;
 use crate::result::results_file::Results;
 use crate::result::summary_text::answers;
@@ -11,8 +11,6 @@ use crate::score::trajectory_scores::TRAJECTORIES;
 use serde_json::Value;
 use std::path::Path;
 use vantage_dataset::store::read_regular;
-
-const LARGEST_MANIFEST: u64 = 16 << 20;
 
 /// A finished result.
 pub(super) struct Section {
@@ -26,7 +24,7 @@ impl Section {
         let results = Results::read(folder)?;
         let path = folder.join(FILE_NAME);
         let failed = |reason: String| ReportError::Manifest { path: path.clone(), reason };
-        let bytes = read_regular(&path, LARGEST_MANIFEST).map_err(|error| failed(error.to_string()))?;
+        let bytes = read_regular(&path, LARGEST_FILE).map_err(|error| failed(error.to_string()))?;
         let manifest: Value = serde_json::from_slice(&bytes).map_err(|error| failed(error.to_string()))?;
         let files = match manifest.get("files") {
             Some(files) => {
