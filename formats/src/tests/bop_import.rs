@@ -229,7 +229,7 @@ fn images_may_be_gray_or_jpeg() {
         if own.step == 0 {
             assert!(own_bytes.chunks(3).all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2]));
         }
-        let off = own_bytes.iter().zip(other_bytes).map(|(a, b)| a.abs_diff(*b) as u32).sum::<u32>();
+        let off = own_bytes.iter().zip(other_bytes.iter()).map(|(a, b)| a.abs_diff(*b) as u32).sum::<u32>();
         assert!(own.step == 0 || off / CROP_BYTES as u32 <= 12, "{off}");
     }
 }
