@@ -256,7 +256,7 @@ fn photographs_of_lmo_are_episodes() {
         return;
     }
     let (arrangements, report) = read(&folder, &mut Outlines);
-    assert!(arrangements.len() > 1, "objects were put anew several times: {report:?}");
+    assert_eq!(arrangements.len(), 20, "{report:?}");
     for arrangement in &arrangements {
         let Episode { observations, truth, .. } = &arrangement.episode;
         assert!(observations.steps() >= 3 && truth.objects.len() <= 8, "{}", arrangement.name);
