@@ -15,6 +15,7 @@ mod jacobians;
 mod landmarks;
 mod learning;
 mod linear;
+mod lives;
 mod model;
 mod online;
 mod online_ranges;
