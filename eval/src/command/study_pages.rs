@@ -25,14 +25,16 @@ pub fn study_pages(
     Ok(vec![("law.svg", law_svg(&law)?.into_bytes()), ("law.png", law_png(&law)?)])
 }
 
-/// Of the most known views: a line for each number of families of which there are models with several numbers of composites.
+/// Of the most known views: a line for each number of families of which there are models with several numbers of composites, and that
+/// differ in nothing else.
 fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let known = study.known_views.iter().max()?;
     let table = results.table(&format!("known_views_{known}"))?;
-    let mut by_families: BTreeMap<usize, Vec<(usize, &Variant)>> = BTreeMap::new();
+    let mut by_families: BTreeMap<(usize, String), Vec<(usize, &Variant)>> = BTreeMap::new();
     for variant in &study.variants {
         if let Some(composites) = variant.composites {
-            by_families.entry(variant.families.unwrap_or(ALL)).or_default().push((composites, variant));
+            let trained_alike = (variant.families.unwrap_or(ALL), format!("{:?}", variant.model));
+            by_families.entry(trained_alike).or_default().push((composites, variant));
         }
     }
     by_families.retain(|_, variants| {
@@ -44,7 +46,7 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let composites: Vec<usize> = composites.into_iter().collect();
     let mut lines = Vec::new();
     // Those of most families first.
-    for (families, variants) in by_families.iter().rev() {
+    for ((families, _), variants) in by_families.iter().rev() {
         let of = |row: &dyn Fn(&str) -> String| -> Vec<(usize, f64)> {
             let point = |(count, variant): &(usize, &Variant)| {
                 let place = composites.binary_search(count).ok()?;
@@ -89,6 +91,7 @@ mod tests {
     const STUDY: &str = "version: 1\nname: small\npurpose: p\nscene: s\nseeds: 1\nknown_views: [1, 8]\nvariants:\n\
         - { name: f2, note: n, families: 2, composites: 0 }\n\
         - { name: f2_c9, note: n, families: 2, composites: 9 }\n\
+        - { name: f2_c9_none, note: n, families: 2, composites: 9, model: { frames: none } }\n\
         - { name: f1, note: n, families: 1, composites: 0 }\n\
         - { name: c9, note: n, families: 0, composites: 9 }\n\
         - { name: c5, note: n, families: 0, composites: 5 }\n";
@@ -108,6 +111,7 @@ mod tests {
         let rows = [
             ("f2", 60.0),
             ("f2_c9", 50.0),
+            ("f2_c9_none", 20.0),
             ("f2_c9+process", 40.0),
             ("f1", 70.0),
             ("c9", 45.0),
