@@ -19,7 +19,7 @@
 //! | which views are predicted from which (Eq. 15) | [`pairing`], [`noisy_first`] |
 //! | what an episode differs in from training, learnt beside it (Eq. 25-26) | [`domain`] |
 //! | whether it knows the object at all | [`unknown_object`], [`laplace`] |
-//! | what a run teaches of the model | [`domain`], [`Refitted`], [`Checked`] |
+//! | what a run teaches of the model | [`domain`], [`Refitted`], [`Checked`], [`DecoderChecked`] |
 //! | what drives teach, from one to the next | [`mod@lesson`], [`Learner`], [`DomainAdapted`], [`DecoderAdapted`] |
 //! | draws of the posterior | [`mod@draws`] |
 //! | p(z \| e, x_rel), q(e \| z, x_rel), p(z' \| z, e, Delta X) | [`vantage_model::ObservationModel`], [`vantage_model::PairModel`] |
@@ -84,17 +84,17 @@ pub use estimate::{
     UnresolvedReason,
 };
 pub use estimator::{
-    AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
-    Learner, Learnt, OdometryOnly, PROCESS_SIZES, ProcessRefitted, Refitted, SeenView, Semantic,
-    Uninformative, ViewpointPairs,
+    AzimuthHead, Checked, DecoderAdapted, DecoderChecked, DecoderTaught, DiscreteClass, DomainAdapted,
+    Estimator, Geometric, Learner, Learnt, OdometryOnly, PROCESS_SIZES, ProcessRefitted, Refitted, SeenView,
+    Semantic, Uninformative, ViewpointPairs,
 };
 pub use input::EstimateError;
 pub use lesson::{Lesson, PROCESSES};
 pub use online::{Online, StepObservations};
 pub use pairing::Pairing;
 pub use settings::{
-    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, OdometrySettings, OrientationSettings,
-    SemanticSettings, Settings, SolverSettings,
+    AzimuthDiscrepancy, ExtentsSettings, GeometrySettings, LayerSettings, OdometrySettings,
+    OrientationSettings, SemanticSettings, Settings, SolverSettings,
 };
 pub use solve::Outcome;
 pub use variable::Key;

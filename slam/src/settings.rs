@@ -29,6 +29,15 @@ pub struct Settings {
     pub orientation: OrientationSettings,
     /// Of those that learn a domain.
     pub domain: DomainPrior,
+    /// Of those that learn the last layer of a decoder.
+    pub layer: LayerSettings,
+}
+
+/// Expectation maximization of a decoder's last layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayerSettings {
+    /// Rounds on a drive, each from what the drives before taught.
+    pub rounds: usize,
 }
 
 /// When a problem is solved, and what is told of the solution.
@@ -162,6 +171,12 @@ impl SolverSettings {
     }
 }
 
+impl Default for LayerSettings {
+    fn default() -> Self {
+        Self { rounds: 2 }
+    }
+}
+
 impl Default for SolverSettings {
     fn default() -> Self {
         Self { max_iterations: 100, tolerance: 1e-6, covariances: true }
@@ -207,7 +222,8 @@ mod tests {
 
     #[test]
     fn defaults_are_valid_and_numbers_that_are_none_are_refused_by_name() {
-        let Settings { solver, odometry, geometry, semantics, orientation, domain: _ } = Settings::default();
+        let Settings { solver, odometry, geometry, semantics, orientation, domain: _, layer: _ } =
+            Settings::default();
         assert!(solver.validate().is_ok() && odometry.validate().is_ok() && geometry.validate().is_ok());
         assert!(semantics.validate().is_ok() && orientation.validate().is_ok());
         let told = |settings: &dyn Fn() -> Result<(), garde::Report>| settings().unwrap_err().to_string();

@@ -3,6 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail the test")]
 
 use std::fs;
+use std::path::PathBuf;
+use std::process::Stdio;
+use std::thread;
+use std::time::Duration;
 use vantage_eval::command::MAP_FILE;
 use vantage_eval::result::metric::Metric;
 use vantage_eval::result::results_file::Results;
@@ -122,7 +126,7 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
         .replace("{ field: robot.path.circle.radius, over: [1.5, 1.6] }", "{ field: drive, over: [1, 2] }")
         .replace(
             "[odometry, geometric] }",
-            "[geometric, noise_refitted, process_refitted, domain_adapted, decoder_adapted, decoder_taught] }",
+            "[geometric, noise_refitted, process_refitted, domain_adapted, decoder_adapted, decoder_taught, decoder_checked] }",
         )
         .replace("Three objects", "A life, life: [{ from: 1 }, { from: 2, set: { world.objects: 2 } }]")
         .replace(
@@ -150,8 +154,8 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
         assert_eq!(ate("three, drive 1", row), ate("two, drive 1", row), "{row}: a first drive is alone");
         assert_eq!(ate("three, drive 1", row).len(), 2);
     }
-    for row in ["geometric", "viewpoint_dependent"] {
-        assert_eq!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} learns nothing");
+    for row in ["geometric", "viewpoint_dependent", "decoder_checked"] {
+        assert_eq!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} keeps nothing");
     }
     for row in ["domain_adapted", "decoder_adapted", "decoder_taught"] {
         assert_ne!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} goes on");
@@ -192,6 +196,52 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
     ] {
         run(&scene, &lives.replacen(from, to, 1), &["--replace"]).expect(2, &["map.yaml", said]);
     }
+}
+
+#[test]
+fn a_life_that_was_killed_goes_on_to_the_same_bytes() {
+    let lives = MAP
+        .replace(
+            "{ field: robot.path.circle.radius, over: [1.5, 1.6] }",
+            "{ field: drive, over: [1, 2, 3, 4] }",
+        )
+        .replace("[odometry, geometric] }", "[geometric, noise_refitted, domain_adapted, decoder_adapted] }")
+        .replace("Three objects", "A life, life: [{ from: 1 }]")
+        .replace("  - { name: two, title: Two objects, set: { world.objects: 2 } }\n", "")
+        .replace("summary: { panels: [two], rows: [viewpoint_dependent] }\n", "")
+        .replace(", set: { estimator.semantic_noise_scale: 2 }", "")
+        .replace("at: [1.5, 1.6]", "at: [1, 2, 3, 4]");
+    let whole = SmallScene::new(&[]);
+    run(&whole, &lives, &[]).expect(0, &["cells: 4 of 4"]);
+    let learnt = 4 * 3 * 2;
+    let drives = |scene: &SmallScene| {
+        let entries = fs::read_dir(scene.path("cache/entries/drive")).into_iter().flatten();
+        entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()).collect::<Vec<PathBuf>>()
+    };
+    assert_eq!(drives(&whole).len(), learnt);
+
+    let killed = SmallScene::new(&[]);
+    fs::write(killed.path("map.yaml"), &lives).unwrap();
+    for least in [4, 13] {
+        let mut command = killed.on(&["map"], "map.yaml");
+        command.arg("--out").arg(killed.path("out")).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        while drives(&killed).len() < least {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before it could be killed");
+            thread::sleep(Duration::from_millis(2));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    let before = drives(&killed);
+    assert!(before.len() < learnt, "there is something left to do");
+    let written = |path: &PathBuf| fs::metadata(path).unwrap().modified().unwrap();
+    let times: Vec<_> = before.iter().map(written).collect();
+    run(&killed, &lives, &[]).expect(0, &["cells: 4 of 4"]);
+    assert_eq!(before.iter().map(written).collect::<Vec<_>>(), times, "what was learnt is not learnt again");
+    assert_eq!(drives(&killed).len(), learnt);
+    let results = |scene: &SmallScene| fs::read(scene.path("out/maps/little/results.json")).unwrap();
+    assert_eq!(results(&killed), results(&whole));
 }
 
 #[test]

@@ -172,7 +172,7 @@ fn answered(
     method: &Method<'_>,
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
-    let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
+    let of_row = spec.of_row(method.row);
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
     let fitted_on = method.model.readouts.as_ref().map(|(_, seal)| seal.as_str());
     let readouts = fitted_on.filter(|_| method.row.reads_out());

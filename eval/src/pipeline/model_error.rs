@@ -83,7 +83,7 @@ pub enum ModelRefusal {
     },
     /// A row learns the last layer of a decoder, and the model has none.
     #[error(
-        "the model in {} is {kind}: rows decoder_adapted and decoder_taught learn the decoder of a viewpoint_dependent one; name another by \
+        "the model in {} is {kind}: rows decoder_adapted, decoder_checked and decoder_taught learn the decoder of a viewpoint_dependent one; name another by \
          --model, or leave the rows out of estimator.rows", folder.display()
     )]
     NotViewpointDependent {
@@ -94,7 +94,7 @@ pub enum ModelRefusal {
     },
     /// A row learns the last layer of a decoder, and that of the model is none that can be told from its graphs.
     #[error(
-        "the model in {} has no last layer for rows decoder_adapted and decoder_taught, as decoders have that bench train writes: {source}; \
+        "the model in {} has no last layer for rows decoder_adapted, decoder_checked and decoder_taught, as decoders have that bench train writes: {source}; \
          leave the rows out of estimator.rows", folder.display()
     )]
     NoLastLayer {

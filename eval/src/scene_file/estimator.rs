@@ -9,7 +9,7 @@ use vantage_slam::bearing_offset::BearingOffset;
 use vantage_slam::noise::{BearingNoise, Kernel};
 use vantage_slam::odometry_bias::OdometryBias;
 use vantage_slam::{
-    AzimuthDiscrepancy, DomainPrior, ExtentsSettings, GeometrySettings, OdometrySettings,
+    AzimuthDiscrepancy, DomainPrior, ExtentsSettings, GeometrySettings, LayerSettings, OdometrySettings,
     OrientationSettings, SemanticSettings, Settings, SolverSettings,
 };
 
@@ -17,8 +17,8 @@ use vantage_slam::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, Validate)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `process_refitted`, `domain_adapted`, `decoder_adapted`, `decoder_taught`,
-    /// `learning_checked` and `ideal_azimuth`.
+    /// The rows to estimate. Default: all but `gaussian_process`, `azimuth_head`, `discrete_class`, `viewpoint_pairs`, `noise_refitted`, `object_process`, `process_refitted`, `domain_adapted`, `decoder_adapted`, `decoder_checked`,
+    /// `decoder_taught`, `learning_checked` and `ideal_azimuth`.
     #[garde(length(min = 1), custom(each_once))]
     #[schemars(extend("uniqueItems" = true))]
     pub rows: Vec<Row>,
@@ -92,6 +92,10 @@ pub struct EstimatorSpec {
     #[garde(dive)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainPrior>,
+    /// Rounds of expectation maximization on a drive, for `decoder_adapted` and `decoder_checked`. Default: 2.
+    #[garde(inner(range(min = 1, max = 100)))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub decoder_rounds: Option<usize>,
 
     /// Yaws tried for an object's first orientation. Default: 48.
     #[garde(range(min = 8, max = 3600))]
@@ -111,6 +115,12 @@ pub struct EstimatorSpec {
 }
 
 impl EstimatorSpec {
+    /// The same of one row, without a setting that it has no use for.
+    pub fn of_row(&self, row: Row) -> Self {
+        let decoder_rounds = self.decoder_rounds.filter(|_| row.learns_in_rounds());
+        Self { rows: vec![row], decoder_rounds, ..self.clone() }
+    }
+
     /// The settings as estimators take them.
     pub fn settings(&self) -> Settings {
         Settings {
@@ -145,6 +155,7 @@ impl EstimatorSpec {
                 alternatives: self.alternatives,
             },
             domain: self.domain.unwrap_or_default(),
+            layer: self.decoder_rounds.map_or_else(LayerSettings::default, |rounds| LayerSettings { rounds }),
         }
     }
 }
@@ -169,7 +180,8 @@ fn without_edges(
 
 impl Default for EstimatorSpec {
     fn default() -> Self {
-        let Settings { solver, odometry, geometry, semantics, orientation, domain: _ } = Settings::default();
+        let Settings { solver, odometry, geometry, semantics, orientation, domain: _, layer: _ } =
+            Settings::default();
         Self {
             rows: Row::DEFAULT.to_vec(),
             max_iterations: solver.max_iterations,
@@ -189,6 +201,7 @@ impl Default for EstimatorSpec {
             azimuth_discrepancy: semantics.azimuth_discrepancy,
             unknown_margin: semantics.unknown_margin,
             domain: None,
+            decoder_rounds: None,
             yaw_candidates: orientation.yaw_candidates,
             orientation_views: orientation.views,
             refined_modes: orientation.refined_modes,
@@ -213,6 +226,10 @@ mod tests {
         assert_eq!(spec.max_iterations, EstimatorSpec::default().max_iterations);
         assert!(spec.validate().is_ok());
         assert_eq!(spec.settings().geometry.bearing_kernel, spec.bearing_kernel);
+        let rounds = EstimatorSpec { decoder_rounds: Some(5), ..spec.clone() };
+        assert_eq!((rounds.settings().layer.rounds, spec.settings().layer.rounds), (5, 2));
+        assert_eq!(rounds.of_row(Row::Geometric), spec.of_row(Row::Geometric), "it has no rounds");
+        assert_ne!(rounds.of_row(Row::DecoderChecked), spec.of_row(Row::DecoderChecked));
         assert_eq!(EstimatorSpec::default().settings(), Settings::default());
         for unknown in
             [r#"{"iterations": 3}"#, r#"{"bearing_noise": {"fixed": 0.1, "proportional": 0, "x": 1}}"#]
@@ -240,6 +257,7 @@ mod tests {
             EstimatorSpec { semantic_information_scale: -1.0, ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(f64::NAN), ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(-1.0), ..ok.clone() },
+            EstimatorSpec { decoder_rounds: Some(0), ..ok.clone() },
             EstimatorSpec { bearing_noise: BearingNoise { fixed: 0.0, proportional: 0.0 }, ..ok.clone() },
             EstimatorSpec { bearing_kernel: Kernel::Huber { threshold: f64::NAN }, ..ok.clone() },
             EstimatorSpec { extents: Some(ExtentsSettings { half_axis: 0.0, log_sigma: 0.5 }), ..ok },

@@ -7,9 +7,9 @@ use vantage_learn::gaussian_process::GaussianProcess;
 use vantage_learn::readout::{AzimuthReadout, ClassReadout, Readouts};
 use vantage_model::{LastLayer, ObservationModel, PairModel};
 use vantage_slam::{
-    AzimuthHead, Checked, DecoderAdapted, DecoderTaught, DiscreteClass, DomainAdapted, Estimator, Geometric,
-    Learner, OdometryOnly, OrientationSettings, PROCESSES, ProcessRefitted, Refitted, SeenView, Semantic,
-    SemanticSettings, Settings, Uninformative, ViewpointPairs,
+    AzimuthHead, Checked, DecoderAdapted, DecoderChecked, DecoderTaught, DiscreteClass, DomainAdapted,
+    Estimator, Geometric, Learner, OdometryOnly, OrientationSettings, PROCESSES, ProcessRefitted, Refitted,
+    SeenView, Semantic, SemanticSettings, Settings, Uninformative, ViewpointPairs,
 };
 
 /// How much a crop tells the Gaussian process, by what it says itself: the best on validation objects of `sparse_loop`.
@@ -169,6 +169,8 @@ rows! {
     /// `viewpoint_dependent`, the last layer of the model's decoder learnt on the episode by expectation maximization (Eq. 25-26); runs where
     /// a scene names it.
     DecoderAdapted => |settings, reader: Reader<'m>| DecoderAdapted::new(settings, reader.layer());
+    /// `decoder_adapted`, each round of it kept only where it predicts crops that it did not see; runs where a scene names it.
+    DecoderChecked => |settings, reader: Reader<'m>| DecoderChecked::new(settings, reader.layer());
     /// A control: `decoder_adapted`, taught after each drive of a life by the truth, and not on it. On a first drive it is the model as it was
     /// trained; runs where a scene names it.
     DecoderTaught => |settings, reader: Reader<'m>| DecoderTaught::new(settings, reader.layer(), reader.seen());
@@ -206,7 +208,12 @@ impl Row {
 
     /// Whether it learns the last layer of a model's decoder.
     pub fn learns_layer(self) -> bool {
-        matches!(self, Row::DecoderAdapted | Row::DecoderTaught)
+        matches!(self, Row::DecoderAdapted | Row::DecoderChecked | Row::DecoderTaught)
+    }
+
+    /// Whether it learns that layer in rounds.
+    pub fn learns_in_rounds(self) -> bool {
+        matches!(self, Row::DecoderAdapted | Row::DecoderChecked)
     }
 
     /// Whether it is taught by the truth after a drive.

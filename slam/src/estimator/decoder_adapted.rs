@@ -20,14 +20,15 @@ use crate::noise::Kernel;
 use crate::semantics::unless_non_finite;
 use crate::settings::{SemanticSettings, Settings};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use vantage_dataset::{Observations, Seed, Stream};
 use vantage_model::{AnswerError, LastLayer};
 
-/// Rounds on a drive.
-const ROUNDS: usize = 2;
 /// Draws of the posterior a round.
 const DRAWS: usize = 4;
+/// The stream of draws and replay.
+pub(super) const DECODER: &str = "decoder";
 /// Replayed views.
 const REPLAYED: usize = 512;
 /// How many views they count as.
@@ -47,20 +48,20 @@ impl<'m> DecoderAdapted<'m> {
         Self { settings: *settings, layer }
     }
 
-    /// The estimate by the model with a change, and what was seen.
-    fn by(
+    /// The estimate by the model with a change, and what was seen; of no crops of the `hidden` detections.
+    pub(super) fn by(
         &self,
         change: Option<&DMatrix<f64>>,
-        observations: &Observations,
+        (observations, hidden): (&Observations, &BTreeSet<usize>),
         random: &mut Stream,
     ) -> Result<Drawn, EstimateError> {
         let changed = change.map(|change| self.layer.changed(change)).transpose()?;
         let model = changed.as_deref().unwrap_or(self.layer.model());
-        Semantic::new(&self.settings, model).drawn(observations, (DRAWS, random))
+        Semantic::new(&self.settings, model).without(hidden).drawn(observations, (DRAWS, random))
     }
 
     /// The estimate by the model with a change, and its evidence.
-    fn evidenced(
+    pub(super) fn evidenced(
         &self,
         change: Option<&DMatrix<f64>>,
         observations: &Observations,
@@ -92,7 +93,7 @@ impl<'m> DecoderAdapted<'m> {
     }
 
     /// What was known `before`, with what was seen of a drive.
-    fn lesson(
+    pub(super) fn lesson(
         &self,
         before: Option<&LayerLesson>,
         seen: &[SeenView],
@@ -126,10 +127,10 @@ impl<'m> DecoderAdapted<'m> {
 }
 
 /// Of draws and replay: another one on every drive.
-fn stream(observations: &Observations) -> Stream {
+pub(super) fn stream(name: &'static str, observations: &Observations) -> Stream {
     let sides = observations.detections.iter().flat_map(|of| [of.bounding_box.min.x, of.bounding_box.max.y]);
     let drive = sides.fold(0u64, |drive, side| drive.rotate_left(7) ^ side.to_bits());
-    Seed(0).stream("decoder", drive)
+    Seed(0).stream(name, drive)
 }
 
 impl Estimator for DecoderAdapted<'_> {
@@ -142,15 +143,15 @@ impl Estimator for DecoderAdapted<'_> {
 impl Learner for DecoderAdapted<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
         let known = before.decoder.as_ref();
-        let mut random = stream(observations);
-        let (mut estimate, evidence, mut seen) =
-            self.by(known.map(|of| &of.change), observations, &mut random)?;
+        let mut random = stream(DECODER, observations);
+        let read = (observations, &BTreeSet::new());
+        let (mut estimate, evidence, mut seen) = self.by(known.map(|of| &of.change), read, &mut random)?;
         let gain = self.gain(known, (&estimate, evidence), observations)?;
         let mut learnt = known.cloned();
-        for _ in 0..ROUNDS {
+        for _ in 0..self.settings.layer.rounds {
             let Some(views) = &seen else { break };
             let Some(lesson) = self.lesson(known, views, &mut random)? else { break };
-            let (next, _, seen_next) = self.by(Some(&lesson.change), observations, &mut random)?;
+            let (next, _, seen_next) = self.by(Some(&lesson.change), read, &mut random)?;
             if seen_next.is_none() {
                 break;
             }
@@ -195,7 +196,7 @@ impl Estimator for DecoderTaught<'_> {
 impl Learner for DecoderTaught<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
         let known = before.decoder.as_ref();
-        let mut random = stream(observations);
+        let mut random = stream(DECODER, observations);
         let change = known.map(|of| &of.change);
         let (estimate, evidence) = self.of.evidenced(change, observations)?;
         let gain = self.of.gain(known, (&estimate, evidence), observations)?;

@@ -45,7 +45,7 @@ fn learnt(
     (method, spec): (&Method<'_>, &EstimatorSpec),
     before: &Lesson,
 ) -> Result<Drive, StageError> {
-    let of_row = EstimatorSpec { rows: vec![method.row], ..spec.clone() };
+    let of_row = spec.of_row(method.row);
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
     let (episode, objects) = (&given.episode.seal, given.objects);
     let inputs = Inputs { code, episode, objects, model, readouts: None, process: None, spec: of_row };

@@ -1,0 +1,103 @@
+//! P(X, O, E, W | U, Z^g, Z^s): [`DecoderAdapted`], each round of which is kept only where it predicts crops that it did not see.
+//!
+//! A round is kept if, learnt without them, it makes both sets of [hidden views](super::hidden_views) more probable than the round before:
+//!
+//! ```text
+//! log p(Z_hidden | Z_read, W) = log p(Z_hidden, Z_read | W) - log p(Z_read | W)
+//! ```
+//!
+//! Both terms are evidences by Laplace's method. The first round that is not kept is the last, and so is one with which the solver comes to
+//! no maximum. Where a set is empty nothing is learnt.
+
+use super::decoder_adapted::{DECODER, DecoderAdapted, stream};
+use super::hidden_views::{later_views, other_session};
+use super::{Estimator, SeenView, is_at_maximum};
+use crate::estimate::Estimate;
+use crate::input::EstimateError;
+use crate::settings::{SemanticSettings, Settings, SolverSettings};
+use nalgebra::DMatrix;
+use std::collections::BTreeSet;
+use vantage_dataset::{Observations, Stream};
+use vantage_model::LastLayer;
+
+/// [`DecoderAdapted`] with rounds that are checked.
+pub struct DecoderChecked<'m> {
+    rounds: usize,
+    /// What is answered.
+    of: DecoderAdapted<'m>,
+    /// What is asked: of all objects as known ones, so that evidences are of the same crops.
+    asked: DecoderAdapted<'m>,
+}
+
+/// What is known after a round, without the hidden views.
+struct Known {
+    /// `log p(Z_hidden | Z_read, W)`, nats.
+    log_predictive: Option<f64>,
+    seen: Option<Vec<SeenView>>,
+}
+
+impl<'m> DecoderChecked<'m> {
+    /// An estimator that reads crops by the model of `layer`.
+    pub fn new(settings: &Settings, layer: &'m dyn LastLayer) -> Self {
+        let semantics = SemanticSettings { unknown_margin: None, ..settings.semantics };
+        let solver = SolverSettings { covariances: false, ..settings.solver };
+        let asked = DecoderAdapted::new(&Settings { semantics, solver, ..*settings }, layer);
+        Self { rounds: settings.layer.rounds, of: DecoderAdapted::new(settings, layer), asked }
+    }
+
+    fn known(
+        &self,
+        change: Option<&DMatrix<f64>>,
+        (observations, hidden): (&Observations, &BTreeSet<usize>),
+        random: &mut Stream,
+    ) -> Result<Known, EstimateError> {
+        let (whole, of_all) = self.asked.evidenced(change, observations)?;
+        let (_, of_read, seen) = self.asked.by(change, (observations, hidden), random)?;
+        let log_predictive = of_all.zip(of_read).map(|(all, read)| all - read);
+        let is_at_maximum = is_at_maximum(&whole) && seen.is_some();
+        Ok(Known { log_predictive: log_predictive.filter(|_| is_at_maximum), seen })
+    }
+
+    /// What is known after another round; `None` where it predicts the hidden views no better, or there is none.
+    fn next(
+        &self,
+        before: &Known,
+        read: (&Observations, &BTreeSet<usize>),
+        random: &mut Stream,
+    ) -> Result<Option<Known>, EstimateError> {
+        let Some(views) = &before.seen else { return Ok(None) };
+        let Some(lesson) = self.asked.lesson(None, views, random)? else { return Ok(None) };
+        let next = self.known(Some(&lesson.change), read, random)?;
+        let gain = next.log_predictive.zip(before.log_predictive).map(|(next, before)| next - before);
+        Ok(gain.is_some_and(|gain| gain > 0.0).then_some(next))
+    }
+}
+
+impl Estimator for DecoderChecked<'_> {
+    fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
+        let all = BTreeSet::new();
+        let mut random = stream(DECODER, observations);
+        let (mut estimate, _, mut seen) = self.of.by(None, (observations, &all), &mut random)?;
+        let hidden = [later_views(observations), other_session(observations)];
+        if hidden.iter().any(BTreeSet::is_empty) {
+            return Ok(estimate);
+        }
+        let [later, other] = hidden.each_ref().map(|hidden| (observations, hidden));
+        // Of its own, so that what is kept is what it would be unchecked.
+        let mut of_checks = stream("decoder's check", observations);
+        let mut checks = [self.known(None, later, &mut of_checks)?, self.known(None, other, &mut of_checks)?];
+        for _ in 0..self.rounds {
+            let [before_later, before_other] = &checks;
+            let Some(next_later) = self.next(before_later, later, &mut of_checks)? else { break };
+            let Some(next_other) = self.next(before_other, other, &mut of_checks)? else { break };
+            let Some(views) = &seen else { break };
+            let Some(lesson) = self.of.lesson(None, views, &mut random)? else { break };
+            let (next, _, seen_next) = self.of.by(Some(&lesson.change), (observations, &all), &mut random)?;
+            if seen_next.is_none() {
+                break;
+            }
+            (estimate, seen, checks) = (next, seen_next, [next_later, next_other]);
+        }
+        Ok(estimate)
+    }
+}
