@@ -292,7 +292,15 @@ panels:
             "{told:?} {once:?}"
         );
     }
+    for drive in [1, 2] {
+        let ari = |panel: &str| scores(&format!("{panel}, drive {drive}"), "geometric", Metric::Ari);
+        assert!(ari("told").iter().all(Option::is_none), "the episode tells it");
+        let (found, once) = (ari("found"), ari("once"));
+        assert!(found.iter().all(|ari| ari.is_some_and(|ari| ari <= 1.0)), "{found:?}");
+        assert!(found.iter().zip(&once).any(|(found, once)| found > once), "{found:?} {once:?}");
+    }
     let tables = fs::read_to_string(place.join("tables.md")).unwrap();
+    assert_eq!(tables.matches("\nARI, mean").count(), 2, "{tables}");
     assert!(tables.contains("decoder_adapted: who is who by `none-hypotheses_latents`\n"), "{tables}");
     assert!(tables.contains("\nAzimuth [deg]"), "{tables}");
 

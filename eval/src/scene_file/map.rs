@@ -59,7 +59,7 @@ pub struct MapFile {
 const COLUMNS: [Metric; 5] =
     [Metric::Ate, Metric::AteUmeyama, Metric::Heading, Metric::NeesPose, Metric::PositionInside95];
 /// Likewise, of drives of lives.
-const COLUMNS_OF_DRIVES: [Metric; 7] = [
+const COLUMNS_OF_DRIVES: [Metric; 8] = [
     Metric::Ate,
     Metric::AteUmeyama,
     Metric::Heading,
@@ -67,6 +67,7 @@ const COLUMNS_OF_DRIVES: [Metric; 7] = [
     Metric::PositionInside95,
     Metric::Azimuth,
     Metric::PrequentialGain,
+    Metric::Ari,
 ];
 
 impl MapFile {

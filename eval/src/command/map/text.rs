@@ -122,9 +122,21 @@ fn of_panel(map: &MapFile, panel: &Panel, tables: &[&Table]) -> String {
         std::iter::once(first.to_owned()).chain(values).collect()
     };
     let methods = first.methods();
-    let of_means =
-        [Metric::Ate, Metric::NeesPose, Metric::PositionInside95, Metric::Azimuth, Metric::PrequentialGain];
-    for metric in of_means.into_iter().filter(|metric| first.metrics().contains(metric)) {
+    let of_means = [
+        Metric::Ate,
+        Metric::NeesPose,
+        Metric::PositionInside95,
+        Metric::Azimuth,
+        Metric::PrequentialGain,
+        Metric::Ari,
+    ];
+    // Where rows are told who is who, none has an ARI.
+    let is_scored = |metric: &Metric| {
+        let has = |table: &&Table| methods.iter().any(|method| table.cell(method, *metric).mean.is_some());
+        *metric != Metric::Ari || tables.iter().any(has)
+    };
+    let of_means = of_means.into_iter().filter(|metric| first.metrics().contains(metric));
+    for metric in of_means.filter(is_scored) {
         let row = |method: &String| {
             let cells =
                 tables.iter().map(|table| mean(metric, table.cell(method, metric).mean, table.seeds().len()));
