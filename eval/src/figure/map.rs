@@ -21,8 +21,10 @@ const PANEL: (u32, u32) = (420, 300);
 const KEY_LINE: u32 = 24;
 /// Most panels in a line.
 const ABREAST: usize = 4;
-/// Bounds of the scale, percent: what lies beyond is drawn at its edge.
-const SCALE: (f64, f64) = (-100.0, 50.0);
+/// Where scales begin, percent.
+const FROM: f64 = -100.0;
+/// Where they may end: the first that no mean is above. What lies beyond is drawn at the edge.
+const TO: [f64; 4] = [50.0, 100.0, 200.0, 400.0];
 /// Width of a row's place in the key.
 const KEY_WIDTH: usize = 205;
 
@@ -73,6 +75,13 @@ struct Figure<'a> {
 }
 
 impl<'a> Figure<'a> {
+    /// Where the scale of all panels ends, percent.
+    fn to(&self) -> f64 {
+        let rows = self.drawings.iter().flat_map(|drawing| &drawing.rows);
+        let most = rows.flat_map(|(_, points)| points).map(|point| point.change).fold(0.0, f64::max);
+        TO.into_iter().find(|to| most <= *to).unwrap_or(TO[TO.len() - 1])
+    }
+
     fn of(map: &'a MapFile, results: &Results) -> Result<Self, FigureError> {
         let (names, drawings) = drawings(map, results)?;
         Ok(Self { map, key: names.into_iter().enumerate().collect(), drawings })
@@ -157,8 +166,7 @@ fn point(index: usize, table: &Table, method: &str) -> Option<Point> {
     let mean = paired.mean()?.mean;
     let differences: Vec<f64> = paired.sorted().iter().map(|(_, difference)| *difference).collect();
     let (low, high) = bca_interval(&differences).unwrap_or((mean, mean));
-    let all = [percent(mean), percent(low), percent(high)];
-    let [change, low, high] = all.map(|value| value.clamp(SCALE.0, SCALE.1));
+    let [change, low, high] = [mean, low, high].map(percent);
     change.is_finite().then_some(Point { at: index as f64, change, interval: (low, high) })
 }
 
@@ -173,8 +181,9 @@ where
     draw_key(key, &above)?;
     let lines = drawings.len().div_ceil(ABREAST);
     let places = panels.split_evenly((lines, drawings.len().min(ABREAST)));
+    let to = figure.to();
     for (drawing, place) in drawings.iter().zip(&places) {
-        draw_panel(map, drawing, key.len(), place)?;
+        draw_panel(map, drawing, (key.len(), to), place)?;
     }
     Ok(area.present()?)
 }
@@ -196,7 +205,12 @@ where
     Ok(())
 }
 
-fn draw_panel<B>(map: &MapFile, drawing: &Drawing, rows: usize, area: &DrawingArea<B, Shift>) -> Drawn
+fn draw_panel<B>(
+    map: &MapFile,
+    drawing: &Drawing,
+    (rows, to): (usize, f64),
+    area: &DrawingArea<B, Shift>,
+) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
@@ -208,7 +222,7 @@ where
         .margin(8)
         .x_label_area_size(40)
         .y_label_area_size(56)
-        .build_cartesian_2d(-0.5..last, SCALE.0..SCALE.1)?;
+        .build_cartesian_2d(-0.5..last, FROM..to)?;
     chart
         .configure_mesh()
         .disable_x_mesh()
@@ -233,13 +247,14 @@ where
     for (i, (place, points)) in drawing.rows.iter().enumerate() {
         let aside = 0.5 * ((i as f64 + 0.5) / rows as f64 - 0.5);
         let (style, at) = (color(*place), |point: &Point| point.at + aside);
-        chart
-            .draw_series(LineSeries::new(points.iter().map(|p| (at(p), p.change)), style.stroke_width(2)))?;
+        let shown = |percent: f64| percent.clamp(FROM, to);
+        let line = points.iter().map(|point| (at(point), shown(point.change)));
+        chart.draw_series(LineSeries::new(line, style.stroke_width(2)))?;
         for point in points {
             let (low, high) = point.interval;
-            let bar = [(at(point), low), (at(point), high)];
+            let bar = [(at(point), shown(low)), (at(point), shown(high))];
             chart.draw_series([PathElement::new(bar, style.stroke_width(1))])?;
-            chart.draw_series([Circle::new((at(point), point.change), 3, style.filled())])?;
+            chart.draw_series([Circle::new((at(point), shown(point.change)), 3, style.filled())])?;
         }
     }
     Ok(())
@@ -310,6 +325,12 @@ mod tests {
         assert!((points[1].change + 20.0).abs() < 1e-9 && points[1].at == 1.0, "{points:?}");
         assert!(points[1].interval.0 <= points[1].change && points[1].change <= points[1].interval.1);
         let none = Results::new("m", "hash", Vec::new());
+        assert_eq!(Figure::of(&map, &results).unwrap().to(), 50.0);
+        let mut worse = Figure::of(&map, &results).unwrap();
+        worse.drawings[1].rows[0].1[0].change = 120.0;
+        assert_eq!(worse.to(), 200.0);
+        worse.drawings[1].rows[0].1[0].change = 1e4;
+        assert_eq!(worse.to(), 400.0);
         assert!(matches!(map_svg(&map, &none), Err(FigureError::Empty { .. })));
     }
 }

@@ -172,14 +172,15 @@ fn answered(
     method: &Method<'_>,
     spec: &EstimatorSpec,
 ) -> Result<Answer, StageError> {
-    let of_row = spec.of_row(method.row);
+    let spec = spec.of_row(method.row);
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
     let fitted_on = method.model.readouts.as_ref().map(|(_, seal)| seal.as_str());
     let readouts = fitted_on.filter(|_| method.row.reads_out());
     let beside = method.model.process.as_ref().map(|(_, seal)| seal.as_str());
     let process = beside.filter(|_| method.row.has_process());
     let (episode, objects) = (given.episode, given.objects);
-    let inputs = Inputs { code, episode: &episode.seal, objects, model, readouts, process, spec: of_row };
+    let inputs =
+        Inputs { code, episode: &episode.seal, objects, model, readouts, process, spec: spec.clone() };
     let key = Key::new("estimate", &inputs)?;
     cache.json(&key, FILE, || {
         let observations = given.observations()?;
@@ -191,7 +192,7 @@ fn answered(
             false => None,
         };
         let views = seen_in_truth(observations, episode, method)?;
-        answer(observations, method, (ideal.as_ref(), views.as_deref()), spec)
+        answer(observations, method, (ideal.as_ref(), views.as_deref()), &spec)
     })
 }
 

@@ -47,8 +47,8 @@ pub fn found(
     (associating, model): (&Associating<'_>, &LoadedModel),
 ) -> Result<Vec<Finding>, StageError> {
     let stage = pipeline.progress.stage("who is who", episodes.len() as u64);
-    // Whatever rows there are, the settings alone count.
-    let spec = EstimatorSpec { rows: Vec::new(), ..pipeline.file.estimator.clone() };
+    // Whatever rows there are, their settings alone count, and no layer is learnt.
+    let spec = EstimatorSpec { rows: Vec::new(), decoder_rounds: None, ..pipeline.file.estimator.clone() };
     let cache = &pipeline.cache;
     let of_episode = |(_, episode): &SeedEpisode| {
         stage.advance(1);

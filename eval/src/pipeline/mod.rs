@@ -25,6 +25,7 @@ mod stage_cache;
 #[cfg(feature = "train")]
 mod study;
 mod tables;
+mod taken_for;
 #[cfg(feature = "train")]
 mod training;
 mod true_views;

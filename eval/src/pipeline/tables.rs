@@ -1,6 +1,7 @@
 //! Stage `tables`: answers and truth -> the tables of a scene.
 
 use super::found::{Finding, Found};
+use super::taken_for::ari;
 use super::{
     Answer, LoadedModel, Method, SeedAnswers, SeedEpisode, SeedOnline, StageError, StoredObject, beliefs,
 };
@@ -9,7 +10,6 @@ use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
 use crate::scene_file::row::Row;
 use crate::score::azimuth::{SeenSide, azimuth_error};
-use crate::score::clustering::cluster_scores;
 use crate::score::consistency::{self, CONSISTENCY, COVERAGE, ObjectGaussian};
 use crate::score::embedding::Scores;
 use crate::score::entry::Entry;
@@ -130,7 +130,7 @@ pub fn trajectory_runs(
             }
             _ => None,
         };
-        let ari = found.and(sides.as_ref()).and_then(Sides::ari);
+        let ari = found.and(sides.as_ref()).and_then(|sides| ari(&sides.views));
         for (method, answer) in methods.iter().zip(answers) {
             let Scored { mut trajectory, consistency } = scores(answer, truth.as_ref(), false)?;
             trajectory.extend(consistency);
@@ -164,15 +164,6 @@ fn seen_views(observations: &Observations, truth: &Truth, found: Option<&[Option
 }
 
 impl Sides<'_> {
-    /// The adjusted Rand index of what views were taken for. One that was taken for nothing is of an object of its own.
-    fn ari(&self) -> Option<f64> {
-        let truth: Vec<usize> = self.views.iter().map(|view| view.object).collect();
-        let first_free = 1 + self.views.iter().filter_map(|view| view.taken_for).max().unwrap_or(0);
-        let told: Vec<usize> =
-            self.views.iter().zip(first_free..).map(|(view, own)| view.taken_for.unwrap_or(own)).collect();
-        cluster_scores(&truth, &told).map(|scores| scores.ari)
-    }
-
     /// How far an answer is off in the azimuths from which objects were seen.
     fn azimuth_error(&self, answer: &Answer) -> Option<f64> {
         if matches!(answer.outcome, Outcome::Failed(_)) {

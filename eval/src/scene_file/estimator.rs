@@ -94,6 +94,7 @@ pub struct EstimatorSpec {
     pub domain: Option<DomainPrior>,
     /// Rounds of expectation maximization on a drive, for `decoder_adapted` and `decoder_checked`. Default: 2.
     #[garde(inner(range(min = 1, max = 100)))]
+    #[schemars(range(min = 1, max = 100))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decoder_rounds: Option<usize>,
 
@@ -258,6 +259,7 @@ mod tests {
             EstimatorSpec { unknown_margin: Some(f64::NAN), ..ok.clone() },
             EstimatorSpec { unknown_margin: Some(-1.0), ..ok.clone() },
             EstimatorSpec { decoder_rounds: Some(0), ..ok.clone() },
+            EstimatorSpec { decoder_rounds: Some(101), ..ok.clone() },
             EstimatorSpec { bearing_noise: BearingNoise { fixed: 0.0, proportional: 0.0 }, ..ok.clone() },
             EstimatorSpec { bearing_kernel: Kernel::Huber { threshold: f64::NAN }, ..ok.clone() },
             EstimatorSpec { extents: Some(ExtentsSettings { half_axis: 0.0, log_sigma: 0.5 }), ..ok },

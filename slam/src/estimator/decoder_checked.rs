@@ -6,12 +6,13 @@
 //! log p(Z_hidden | Z_read, W) = log p(Z_hidden, Z_read | W) - log p(Z_read | W)
 //! ```
 //!
-//! Both terms are evidences by Laplace's method. The first round that is not kept is the last, and so is one with which the solver comes to
-//! no maximum. Where a set is empty nothing is learnt.
+//! Both terms are evidences by Laplace's method about one mode, over the trajectory, the objects and their latents; bearings and sizes of
+//! hidden views are read. The first round that is not kept is the last, and so is one with which the solver comes to no maximum, or reads
+//! other crops. Where a set is empty nothing is learnt. Eq. 25-26.
 
 use super::decoder_adapted::{DECODER, DecoderAdapted, stream};
 use super::hidden_views::{later_views, other_session};
-use super::{Estimator, SeenView, is_at_maximum};
+use super::{Estimator, SeenView, crops_read, is_at_maximum};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
 use crate::settings::{SemanticSettings, Settings, SolverSettings};
@@ -31,8 +32,10 @@ pub struct DecoderChecked<'m> {
 
 /// What is known after a round, without the hidden views.
 struct Known {
-    /// `log p(Z_hidden | Z_read, W)`, nats.
+    /// `log p(Z_hidden | Z_read, W)`, nats; `None` where it is not defined, or of no maximum.
     log_predictive: Option<f64>,
+    /// Of each object, how many crops are read of all, and of those that are not hidden.
+    crops: [Vec<usize>; 2],
     seen: Option<Vec<SeenView>>,
 }
 
@@ -52,10 +55,11 @@ impl<'m> DecoderChecked<'m> {
         random: &mut Stream,
     ) -> Result<Known, EstimateError> {
         let (whole, of_all) = self.asked.evidenced(change, observations)?;
-        let (_, of_read, seen) = self.asked.by(change, (observations, hidden), random)?;
+        let (part, of_read, seen) = self.asked.by(change, (observations, hidden), random)?;
         let log_predictive = of_all.zip(of_read).map(|(all, read)| all - read);
         let is_at_maximum = is_at_maximum(&whole) && seen.is_some();
-        Ok(Known { log_predictive: log_predictive.filter(|_| is_at_maximum), seen })
+        let crops = [crops_read(&whole), crops_read(&part)];
+        Ok(Known { log_predictive: log_predictive.filter(|_| is_at_maximum), crops, seen })
     }
 
     /// What is known after another round; `None` where it predicts the hidden views no better, or there is none.
@@ -69,7 +73,7 @@ impl<'m> DecoderChecked<'m> {
         let Some(lesson) = self.asked.lesson(None, views, random)? else { return Ok(None) };
         let next = self.known(Some(&lesson.change), read, random)?;
         let gain = next.log_predictive.zip(before.log_predictive).map(|(next, before)| next - before);
-        Ok(gain.is_some_and(|gain| gain > 0.0).then_some(next))
+        Ok((next.crops == before.crops && gain.is_some_and(|gain| gain > 0.0)).then_some(next))
     }
 }
 

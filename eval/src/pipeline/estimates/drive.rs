@@ -45,10 +45,10 @@ fn learnt(
     (method, spec): (&Method<'_>, &EstimatorSpec),
     before: &Lesson,
 ) -> Result<Drive, StageError> {
-    let of_row = spec.of_row(method.row);
+    let spec = spec.of_row(method.row);
     let (code, model) = (code::ESTIMATED, method.model.model.hash());
     let (episode, objects) = (&given.episode.seal, given.objects);
-    let inputs = Inputs { code, episode, objects, model, readouts: None, process: None, spec: of_row };
+    let inputs = Inputs { code, episode, objects, model, readouts: None, process: None, spec: spec.clone() };
     let key = Key::new("drive", &(inputs, before))?;
     cache.json(&key, FILE, || {
         let observations = given.observations()?;
