@@ -225,7 +225,10 @@ fn a_life_that_was_killed_goes_on_to_the_same_bytes() {
             "{ field: robot.path.circle.radius, over: [1.5, 1.6] }",
             "{ field: drive, over: [1, 2, 3, 4] }",
         )
-        .replace("[odometry, geometric] }", "[geometric, noise_refitted, domain_adapted, decoder_adapted] }")
+        .replace(
+            "[odometry, geometric] }",
+            "[geometric, noise_refitted, process_refitted, domain_adapted, decoder_adapted] }",
+        )
         .replace("Three objects", "A life, life: [{ from: 1 }]")
         .replace("  - { name: two, title: Two objects, set: { world.objects: 2 } }\n", "")
         .replace("summary: { panels: [two], rows: [viewpoint_dependent] }\n", "")
@@ -233,7 +236,7 @@ fn a_life_that_was_killed_goes_on_to_the_same_bytes() {
         .replace("at: [1.5, 1.6]", "at: [1, 2, 3, 4]");
     let whole = SmallScene::new(&[]);
     run(&whole, &lives, &[]).expect(0, &["cells: 4 of 4"]);
-    let learnt = 4 * 3 * 2;
+    let learnt = 4 * 4 * 2;
     let drives = |scene: &SmallScene| {
         let entries = fs::read_dir(scene.path("cache/entries/drive")).into_iter().flatten();
         entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()).collect::<Vec<PathBuf>>()
@@ -242,7 +245,7 @@ fn a_life_that_was_killed_goes_on_to_the_same_bytes() {
 
     let killed = SmallScene::new(&[]);
     fs::write(killed.path("map.yaml"), &lives).unwrap();
-    for least in [4, 13] {
+    for least in [5, 17] {
         let mut command = killed.on(&["map"], "map.yaml");
         command.arg("--out").arg(killed.path("out")).stdout(Stdio::null()).stderr(Stdio::null());
         let mut child = command.spawn().unwrap();
