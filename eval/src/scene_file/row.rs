@@ -234,6 +234,7 @@ impl Row {
                 | Row::ProcessRefitted
                 | Row::DomainAdapted
                 | Row::DecoderAdapted
+                | Row::DecoderChecked
                 | Row::DecoderTaught
         )
     }
@@ -247,6 +248,7 @@ impl Row {
             }
             Row::DomainAdapted => Box::new(DomainAdapted::new(settings, reader.model)),
             Row::DecoderAdapted => Box::new(DecoderAdapted::new(settings, reader.layer())),
+            Row::DecoderChecked => Box::new(DecoderChecked::new(settings, reader.layer())),
             Row::DecoderTaught => Box::new(DecoderTaught::new(settings, reader.layer(), reader.seen())),
             _ => return None,
         })

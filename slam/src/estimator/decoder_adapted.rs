@@ -72,7 +72,7 @@ impl<'m> DecoderAdapted<'m> {
     }
 
     /// Of an estimate by what was `known`, over the model as it was trained.
-    fn gain(
+    pub(super) fn gain(
         &self,
         known: Option<&LayerLesson>,
         by_known: (&Estimate, Option<f64>),

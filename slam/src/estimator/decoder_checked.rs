@@ -8,13 +8,14 @@
 //!
 //! Both terms are evidences by Laplace's method about one mode, over the trajectory, the objects and their latents; bearings and sizes of
 //! hidden views are read. The first round that is not kept is the last, and so is one with which the solver comes to no maximum, or reads
-//! other crops. Where a set is empty nothing is learnt. Eq. 25-26.
+//! other crops. Where a set is empty nothing is learnt. On a drive after others the round before the first is what those taught. Eq. 25-26.
 
 use super::decoder_adapted::{DECODER, DecoderAdapted, stream};
 use super::hidden_views::{later_views, other_session};
-use super::{Estimator, SeenView, crops_read, is_at_maximum};
+use super::{Estimator, Learner, Learnt, SeenView, crops_read, is_at_maximum};
 use crate::estimate::Estimate;
 use crate::input::EstimateError;
+use crate::lesson::{LayerLesson, Lesson};
 use crate::settings::{SemanticSettings, Settings, SolverSettings};
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
@@ -62,15 +63,16 @@ impl<'m> DecoderChecked<'m> {
         Ok(Known { log_predictive: log_predictive.filter(|_| is_at_maximum), crops, seen })
     }
 
-    /// What is known after another round; `None` where it predicts the hidden views no better, or there is none.
+    /// What is known after another round, on a drive after those that `taught`; `None` where it predicts the hidden views no better, or there
+    /// is none.
     fn next(
         &self,
-        before: &Known,
+        (taught, before): (Option<&LayerLesson>, &Known),
         read: (&Observations, &BTreeSet<usize>),
         random: &mut Stream,
     ) -> Result<Option<Known>, EstimateError> {
         let Some(views) = &before.seen else { return Ok(None) };
-        let Some(lesson) = self.asked.lesson(None, views, random)? else { return Ok(None) };
+        let Some(lesson) = self.asked.lesson(taught, views, random)? else { return Ok(None) };
         let next = self.known(Some(&lesson.change), read, random)?;
         let gain = next.log_predictive.zip(before.log_predictive).map(|(next, before)| next - before);
         Ok((next.crops == before.crops && gain.is_some_and(|gain| gain > 0.0)).then_some(next))
@@ -79,29 +81,44 @@ impl<'m> DecoderChecked<'m> {
 
 impl Estimator for DecoderChecked<'_> {
     fn estimate(&self, observations: &Observations) -> Result<Estimate, EstimateError> {
-        let all = BTreeSet::new();
+        Ok(self.learn(observations, &Lesson::default())?.estimate)
+    }
+}
+
+/// A drive no round of which is kept teaches nothing.
+impl Learner for DecoderChecked<'_> {
+    fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
+        let taught = before.decoder.as_ref();
+        let change = taught.map(|of| &of.change);
+        let read = (observations, &BTreeSet::new());
         let mut random = stream(DECODER, observations);
-        let (mut estimate, _, mut seen) = self.of.by(None, (observations, &all), &mut random)?;
+        let (mut estimate, evidence, mut seen) = self.of.by(change, read, &mut random)?;
+        let gain = self.of.gain(taught, (&estimate, evidence), observations)?;
+        let mut learnt = taught.cloned();
         let hidden = [later_views(observations), other_session(observations)];
-        if hidden.iter().any(BTreeSet::is_empty) {
-            return Ok(estimate);
-        }
-        let [later, other] = hidden.each_ref().map(|hidden| (observations, hidden));
-        // Of its own, so that what is kept is what it would be unchecked.
-        let mut of_checks = stream("decoder's check", observations);
-        let mut checks = [self.known(None, later, &mut of_checks)?, self.known(None, other, &mut of_checks)?];
-        for _ in 0..self.rounds {
-            let [before_later, before_other] = &checks;
-            let Some(next_later) = self.next(before_later, later, &mut of_checks)? else { break };
-            let Some(next_other) = self.next(before_other, other, &mut of_checks)? else { break };
-            let Some(views) = &seen else { break };
-            let Some(lesson) = self.of.lesson(None, views, &mut random)? else { break };
-            let (next, _, seen_next) = self.of.by(Some(&lesson.change), (observations, &all), &mut random)?;
-            if seen_next.is_none() {
-                break;
+        if hidden.iter().all(|hidden| !hidden.is_empty()) {
+            let [later, other] = hidden.each_ref().map(|hidden| (observations, hidden));
+            // Of its own, so that what is kept is what it would be unchecked.
+            let mut of_checks = stream("decoder's check", observations);
+            let known = |hidden, random: &mut Stream| self.known(change, hidden, random);
+            let mut checks = [known(later, &mut of_checks)?, known(other, &mut of_checks)?];
+            for _ in 0..self.rounds {
+                let [before_later, before_other] = &checks;
+                let Some(next_later) = self.next((taught, before_later), later, &mut of_checks)? else {
+                    break;
+                };
+                let Some(next_other) = self.next((taught, before_other), other, &mut of_checks)? else {
+                    break;
+                };
+                let Some(views) = &seen else { break };
+                let Some(lesson) = self.of.lesson(taught, views, &mut random)? else { break };
+                let (next, _, seen_next) = self.of.by(Some(&lesson.change), read, &mut random)?;
+                if seen_next.is_none() {
+                    break;
+                }
+                (estimate, seen, learnt, checks) = (next, seen_next, Some(lesson), [next_later, next_other]);
             }
-            (estimate, seen, checks) = (next, seen_next, [next_later, next_other]);
         }
-        Ok(estimate)
+        Ok(Learnt { estimate, lesson: Lesson { decoder: learnt, ..before.clone() }, gain })
     }
 }

@@ -7,8 +7,8 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use vantage_dataset::{Seed, Viewpoint};
 use vantage_model::ObservationModel;
 use vantage_slam::{
-    DecoderAdapted, DecoderTaught, DomainAdapted, Estimator, Learner, Lesson, Refitted, SeenView, Semantic,
-    Settings,
+    DecoderAdapted, DecoderChecked, DecoderTaught, DomainAdapted, Estimator, Learner, Lesson, Refitted,
+    SeenView, Semantic, Settings,
 };
 
 /// Errors of drives in one world, each with what those before it taught, and the lesson after each.
@@ -54,10 +54,11 @@ fn a_life_that_was_stopped_goes_on_to_the_same_bits_and_its_lesson_does_not_grow
     let model = model();
     let worlds = worlds_that_differ_alike(&model, 4, [1.3, 8.0]);
     let settings = Settings { domain: PRIOR, ..matching_settings(&WorldSpec::sparse_loop()) };
-    let all: [&dyn Learner; 3] = [
+    let all: [&dyn Learner; 4] = [
         &DomainAdapted::new(&settings, &model),
         &Refitted::new(&settings, &model),
         &DecoderAdapted::new(&settings, &model),
+        &DecoderChecked::new(&settings, &model),
     ];
     for learner in all {
         let whole = life(learner, &worlds);
@@ -122,6 +123,48 @@ fn a_last_layer_that_is_wrong_is_learnt_over_a_life() {
     let later = |of: &[f64]| of[2..].iter().sum::<f64>();
     assert!(later(&errors) < later(&frozen), "{errors:?} {frozen:?}");
     assert!(layers[11] < 0.95, "{layers:?}");
+}
+
+#[test]
+fn a_checked_life_keeps_what_predicts_other_crops_and_noise_teaches_it_nothing() {
+    let model = model();
+    let mut random = Seed(7).stream("another layer", 0);
+    let change = DMatrix::from_fn(12, 33, |_, j| if j < 32 { 0.02 * random.normal() } else { 0.0 });
+    let other = model.with_output(&change);
+    let spec = WorldSpec::sparse_loop();
+    let settings = matching_settings(&spec);
+    let learner = DecoderChecked::new(&settings, &model);
+    let worlds: Vec<World> = (0..6).map(|seed| World::new(&spec, Some(&other), Seed(seed))).collect();
+    let lived = life(&learner, &worlds);
+    let layer = |lesson: &Lesson| lesson.decoder.as_ref().map(|of| of.change.clone());
+    let mut changes = vec![None];
+    changes.extend(lived.iter().map(|(_, lesson)| layer(lesson)));
+    let kept = changes.windows(2).filter(|of| of[0] != of[1]).count();
+    let off = |lesson: &Lesson| layer(lesson).map_or(1.0, |own| (own - &change).norm() / change.norm());
+    println!(
+        "kept on {kept} of 6 drives; layer {:.3?}",
+        lived.iter().map(|(_, of)| off(of)).collect::<Vec<_>>()
+    );
+    assert!(kept >= 3, "{kept}");
+    assert!(off(&lived[5].1) < 0.97, "{}", off(&lived[5].1));
+
+    let known = &lived[5].1;
+    let noisy = WorldSpec { semantic_sigma: 0.15, ..spec };
+    for seed in 6..9 {
+        let world = World::new(&noisy, Some(&other), Seed(seed));
+        let learnt = learner.learn(&world.observations, known).unwrap();
+        let unchecked = DecoderAdapted::new(&settings, &model).learn(&world.observations, known).unwrap();
+        assert_eq!(&learnt.lesson, known, "what is rolled back teaches nothing");
+        assert_ne!(&unchecked.lesson, known);
+        let told = other_model(&model, known);
+        let by_known = Semantic::new(&settings, &told).estimate(&world.observations).unwrap();
+        assert_eq!(learnt.estimate.world_from_robot, by_known.world_from_robot, "what was known answers");
+        assert_eq!(learnt.gain, unchecked.gain, "before it is seen both know the same");
+    }
+}
+
+fn other_model(model: &TanhModel, known: &Lesson) -> TanhModel {
+    model.with_output(&known.decoder.as_ref().unwrap().change)
 }
 
 #[test]
