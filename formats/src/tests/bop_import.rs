@@ -183,6 +183,26 @@ fn what_is_missing_or_wrong_is_left_out_and_told() {
 }
 
 #[test]
+fn an_image_whose_centre_lies_outside_of_it_is_left_out() {
+    let (folder, scene) = written();
+    change(folder.path(), "scene_camera.json", |cameras| {
+        cameras["1"]["cam_K"][2] = json!(-1.0);
+        cameras["2"]["cam_K"][5] = json!(f64::from(scene.captures[2].camera.height) + 1.0);
+    });
+    let (arrangements, report) = read(folder.path(), &mut Never);
+    let told: Vec<String> = report.skipped.iter().map(ToString::to_string).collect();
+    for image in [1, 2] {
+        let why = format!("image {image}: the centre of cam_K lies outside");
+        assert!(
+            told.iter().any(|line| line.contains("scene_camera.json") && line.contains(&why)),
+            "{told:?}"
+        );
+    }
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert_eq!(arrangements[0].episode.observations.steps(), scene.captures.len() - 2);
+}
+
+#[test]
 fn files_that_are_no_annotations_stop_the_reading() {
     let (folder, _) = written();
     let path = folder.path().join("train/000000/scene_gt.json");

@@ -12,7 +12,7 @@ use std::fmt;
 use std::path::Path;
 use vantage_dataset::{BoundingBox, Pose};
 
-const CAMERA: &str = "scene_camera.json";
+pub(super) const CAMERA: &str = "scene_camera.json";
 const INFO: &str = "scene_gt_info.json";
 const LARGEST_FILE: u64 = 1 << 28;
 /// Metres, beyond which a pose is taken for one in another unit.

@@ -2,7 +2,7 @@
 
 use super::DetectionLimits;
 use super::arrangement::Arrangement;
-use super::files::{Frame, Key};
+use super::files::{CAMERA, Frame, Key};
 use super::masks::{Silhouettes, Visible, visible};
 use super::mesh::ReadModel;
 use crate::import::ImportReport;
@@ -44,7 +44,13 @@ impl Sights<'_> {
         for (number, frame) in arrangement.frames.iter().enumerate() {
             let Some(image) = self.image(frame) else { continue };
             let [fx, fy, cx, cy] = frame.intrinsics;
-            let own = Camera { width: image.width(), height: image.height(), fx, fy, cx, cy };
+            let (width, height) = image.dimensions();
+            if !(0.0..=f64::from(width)).contains(&cx) || !(0.0..=f64::from(height)).contains(&cy) {
+                let what = format!("image {}: the centre of cam_K lies outside of its", frame.image);
+                self.report.skip(self.scene.join(CAMERA), format!("{what} {width} x {height} pixels"));
+                continue;
+            }
+            let own = Camera { width, height, fx, fy, cx, cy };
             let visible = match visible(self.scene, frame, &own, self.models, self.silhouettes) {
                 Ok(visible) => visible,
                 Err(error) => {
