@@ -24,6 +24,7 @@
 //! | `shard` | a dataset written shard by shard, taken up where it was left, and its manifest |
 //! | `import` | what a reader leaves out, and what stops it |
 //! | `meeting`, `rigid`, `mean_pose`, `lens` | where lines of sight meet in spite of outliers; rotations from matrices; means; distortion |
+//! | `principal_point` | intrinsics that are of another image |
 //!
 //! Writers take samples one by one. Those of crops and BOP hold no more than one shard of them; what a shard holds
 //! depends on the samples and options alone: not on threads, and not on how often writing was interrupted. [`Opened`]
@@ -49,6 +50,7 @@ pub mod mu;
 pub mod npz;
 mod picture;
 mod pose_text;
+mod principal_point;
 mod rigid;
 mod rle;
 mod shard;

@@ -155,9 +155,13 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
         assert_eq!(ate("three, drive 1", row), ate("two, drive 1", row), "{row}: a first drive is alone");
         assert_eq!(ate("three, drive 1", row).len(), 2);
     }
-    for row in ["geometric", "viewpoint_dependent"] {
+    for row in ["geometric", "viewpoint_dependent", "decoder_checked"] {
         assert_eq!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} keeps nothing");
     }
+    let checked =
+        results.table("three, drive 2").unwrap().runs().filter(|run| run.method == "decoder_checked");
+    let gains: Vec<f64> = checked.map(|run| run.scores[&Metric::PrequentialGain]).collect();
+    assert_eq!(gains, [0.0, 0.0], "of these drives every round is rolled back, and so nothing is known");
     for row in ["domain_adapted", "decoder_adapted", "decoder_taught"] {
         assert_ne!(ate("three, drive 2", row), ate("two, drive 2", row), "{row} goes on");
     }

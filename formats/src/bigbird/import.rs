@@ -9,13 +9,14 @@ use crate::hdf5::Hdf5;
 use crate::import::{ImportError, ImportReport};
 use crate::meeting::meeting_point;
 use crate::picture::{read_jpeg, read_pbm};
+use crate::principal_point;
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use vantage_dataset::ray::Ray;
 use vantage_dataset::views::InstanceRecord;
 use vantage_dataset::window::{Labelled, Window, cut};
-use vantage_dataset::{Camera, Crop, InstanceId, Pose, Split, Symmetry, View, ViewSet, Viewpoint};
+use vantage_dataset::{Crop, InstanceId, Pose, Split, Symmetry, View, ViewSet, Viewpoint};
 
 /// Which of the views' radii, sorted, counts as the object's, so that a few bad masks do not.
 const RADIUS_QUANTILE: f64 = 0.95;
@@ -212,7 +213,7 @@ fn sighting(
         return Err(Unusable::File(mask_file, reason));
     }
     let camera = calibrated.camera(image.width(), image.height());
-    if !principal_point_inside(&camera) {
+    if !principal_point::is_inside(&camera) {
         let got = format!("{} x {} pixels", camera.width, camera.height);
         let expected = format!("the principal point {:.1}, {:.1} in the image", camera.cx, camera.cy);
         let remedy = "take images of the size they were calibrated at";
@@ -234,11 +235,6 @@ fn sighting(
         outline,
         crop: cut(&labelled, &window, Some(OBJECT)),
     })
-}
-
-fn principal_point_inside(camera: &Camera) -> bool {
-    (0.0..=f64::from(camera.width)).contains(&camera.cx)
-        && (0.0..=f64::from(camera.height)).contains(&camera.cy)
 }
 
 fn views(

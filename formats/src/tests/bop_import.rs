@@ -183,7 +183,7 @@ fn what_is_missing_or_wrong_is_left_out_and_told() {
 }
 
 #[test]
-fn an_image_whose_centre_lies_outside_of_it_is_left_out() {
+fn an_image_whose_principal_point_lies_outside_of_it_is_left_out() {
     let (folder, scene) = written();
     change(folder.path(), "scene_camera.json", |cameras| {
         cameras["1"]["cam_K"][2] = json!(-1.0);
@@ -192,7 +192,7 @@ fn an_image_whose_centre_lies_outside_of_it_is_left_out() {
     let (arrangements, report) = read(folder.path(), &mut Never);
     let told: Vec<String> = report.skipped.iter().map(ToString::to_string).collect();
     for image in [1, 2] {
-        let why = format!("image {image}: the centre of cam_K lies outside");
+        let why = format!("image {image}: cam_K has its principal point at");
         assert!(
             told.iter().any(|line| line.contains("scene_camera.json") && line.contains(&why)),
             "{told:?}"

@@ -8,7 +8,7 @@
 //!
 //! Both terms are evidences by Laplace's method about one mode, over the trajectory, the objects and their latents; bearings and sizes of
 //! hidden views are read. The first round that is not kept is the last, and so is one with which the solver comes to no maximum, or reads
-//! other crops. Where a set is empty nothing is learnt. On a drive after others the round before the first is what those taught. Eq. 25-26.
+//! other crops. Where a set is empty nothing is learnt. In a life the first round is compared with what earlier drives taught. Eq. 25-26.
 
 use super::decoder_adapted::{DECODER, DecoderAdapted, stream};
 use super::hidden_views::{later_views, other_session};
@@ -31,8 +31,8 @@ pub struct DecoderChecked<'m> {
     asked: DecoderAdapted<'m>,
 }
 
-/// What is known after a round, without the hidden views.
-struct Known {
+/// How a set of hidden views is predicted after a round that was learnt without them.
+struct Predicted {
     /// `log p(Z_hidden | Z_read, W)`, nats; `None` where it is not defined, or of no maximum.
     log_predictive: Option<f64>,
     /// Of each object, how many crops are read of all, and of those that are not hidden.
@@ -49,31 +49,31 @@ impl<'m> DecoderChecked<'m> {
         Self { rounds: settings.layer.rounds, of: DecoderAdapted::new(settings, layer), asked }
     }
 
-    fn known(
+    fn predicted(
         &self,
         change: Option<&DMatrix<f64>>,
+        (whole, of_all): &(Estimate, Option<f64>),
         (observations, hidden): (&Observations, &BTreeSet<usize>),
         random: &mut Stream,
-    ) -> Result<Known, EstimateError> {
-        let (whole, of_all) = self.asked.evidenced(change, observations)?;
+    ) -> Result<Predicted, EstimateError> {
         let (part, of_read, seen) = self.asked.by(change, (observations, hidden), random)?;
         let log_predictive = of_all.zip(of_read).map(|(all, read)| all - read);
-        let is_at_maximum = is_at_maximum(&whole) && seen.is_some();
-        let crops = [crops_read(&whole), crops_read(&part)];
-        Ok(Known { log_predictive: log_predictive.filter(|_| is_at_maximum), crops, seen })
+        let is_at_maximum = is_at_maximum(whole) && seen.is_some();
+        let crops = [crops_read(whole), crops_read(&part)];
+        Ok(Predicted { log_predictive: log_predictive.filter(|_| is_at_maximum), crops, seen })
     }
 
-    /// What is known after another round, on a drive after those that `taught`; `None` where it predicts the hidden views no better, or there
-    /// is none.
+    /// The same after another round, from what earlier drives taught; `None` where that predicts no better, or teaches nothing.
     fn next(
         &self,
-        (taught, before): (Option<&LayerLesson>, &Known),
+        (known, before): (Option<&LayerLesson>, &Predicted),
         read: (&Observations, &BTreeSet<usize>),
         random: &mut Stream,
-    ) -> Result<Option<Known>, EstimateError> {
+    ) -> Result<Option<Predicted>, EstimateError> {
         let Some(views) = &before.seen else { return Ok(None) };
-        let Some(lesson) = self.asked.lesson(taught, views, random)? else { return Ok(None) };
-        let next = self.known(Some(&lesson.change), read, random)?;
+        let Some(lesson) = self.asked.lesson(known, views, random)? else { return Ok(None) };
+        let change = Some(&lesson.change);
+        let next = self.predicted(change, &self.asked.evidenced(change, read.0)?, read, random)?;
         let gain = next.log_predictive.zip(before.log_predictive).map(|(next, before)| next - before);
         Ok((next.crops == before.crops && gain.is_some_and(|gain| gain > 0.0)).then_some(next))
     }
@@ -85,33 +85,36 @@ impl Estimator for DecoderChecked<'_> {
     }
 }
 
-/// A drive no round of which is kept teaches nothing.
+/// A drive of which no round is kept teaches nothing: what was known is passed on as it is, and does not fade.
 impl Learner for DecoderChecked<'_> {
     fn learn(&self, observations: &Observations, before: &Lesson) -> Result<Learnt, EstimateError> {
-        let taught = before.decoder.as_ref();
-        let change = taught.map(|of| &of.change);
+        let known = before.decoder.as_ref();
+        let change = known.map(|of| &of.change);
         let read = (observations, &BTreeSet::new());
         let mut random = stream(DECODER, observations);
         let (mut estimate, evidence, mut seen) = self.of.by(change, read, &mut random)?;
-        let gain = self.of.gain(taught, (&estimate, evidence), observations)?;
-        let mut learnt = taught.cloned();
+        let gain = self.of.gain(known, (&estimate, evidence), observations)?;
+        let mut learnt = known.cloned();
         let hidden = [later_views(observations), other_session(observations)];
         if hidden.iter().all(|hidden| !hidden.is_empty()) {
             let [later, other] = hidden.each_ref().map(|hidden| (observations, hidden));
-            // Of its own, so that what is kept is what it would be unchecked.
+            // Of its own, so that from one lesson unchecked rounds are the same.
             let mut of_checks = stream("decoder's check", observations);
-            let known = |hidden, random: &mut Stream| self.known(change, hidden, random);
-            let mut checks = [known(later, &mut of_checks)?, known(other, &mut of_checks)?];
+            let whole = self.asked.evidenced(change, observations)?;
+            let mut checks = [
+                self.predicted(change, &whole, later, &mut of_checks)?,
+                self.predicted(change, &whole, other, &mut of_checks)?,
+            ];
             for _ in 0..self.rounds {
                 let [before_later, before_other] = &checks;
-                let Some(next_later) = self.next((taught, before_later), later, &mut of_checks)? else {
+                let Some(next_later) = self.next((known, before_later), later, &mut of_checks)? else {
                     break;
                 };
-                let Some(next_other) = self.next((taught, before_other), other, &mut of_checks)? else {
+                let Some(next_other) = self.next((known, before_other), other, &mut of_checks)? else {
                     break;
                 };
                 let Some(views) = &seen else { break };
-                let Some(lesson) = self.of.lesson(taught, views, &mut random)? else { break };
+                let Some(lesson) = self.of.lesson(known, views, &mut random)? else { break };
                 let (next, _, seen_next) = self.of.by(Some(&lesson.change), read, &mut random)?;
                 if seen_next.is_none() {
                     break;

@@ -7,6 +7,7 @@ use super::masks::{Silhouettes, Visible, visible};
 use super::mesh::ReadModel;
 use crate::import::ImportReport;
 use crate::picture::{read_jpeg, read_png};
+use crate::principal_point;
 use image::RgbImage;
 use nalgebra::Vector2;
 use std::collections::BTreeMap;
@@ -44,13 +45,14 @@ impl Sights<'_> {
         for (number, frame) in arrangement.frames.iter().enumerate() {
             let Some(image) = self.image(frame) else { continue };
             let [fx, fy, cx, cy] = frame.intrinsics;
-            let (width, height) = image.dimensions();
-            if !(0.0..=f64::from(width)).contains(&cx) || !(0.0..=f64::from(height)).contains(&cy) {
-                let what = format!("image {}: the centre of cam_K lies outside of its", frame.image);
-                self.report.skip(self.scene.join(CAMERA), format!("{what} {width} x {height} pixels"));
+            let own = Camera { width: image.width(), height: image.height(), fx, fy, cx, cy };
+            if !principal_point::is_inside(&own) {
+                let what =
+                    format!("image {}: cam_K has its principal point at {cx}, {cy}, outside of", frame.image);
+                let what = format!("{what} {} x {} pixels", own.width, own.height);
+                self.report.skip(self.scene.join(CAMERA), what);
                 continue;
             }
-            let own = Camera { width, height, fx, fy, cx, cy };
             let visible = match visible(self.scene, frame, &own, self.models, self.silhouettes) {
                 Ok(visible) => visible,
                 Err(error) => {
