@@ -90,7 +90,7 @@ fn what_is_misspelt_is_told_with_what_may_have_been_meant() {
     told("tabletop check", &["a command comes before the scene: `bench check SCENE`"]);
     told("tabletop shelves", &["one scene at a time: `shelves` is one word too many"]);
     told("schema extra", &["extra", "Usage"]);
-    told("tabletop --model nope", &["--model nope: there is no such folder", "`bench list`"]);
+    told("tabletop --model nope", &["model nope: there is no such folder", "`bench list`"]);
     told("datset tabletop --out x", &["did you mean the command `dataset`?"]);
 }
 

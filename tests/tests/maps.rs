@@ -104,7 +104,7 @@ fn maps_that_cannot_be_are_refused_before_anything_runs() {
             "over: [1.5, 1.6, 0.2]",
             ["panel three, robot.path.circle.radius 0.2", "radius"],
         ),
-        ("scene: scene.yaml", "scene: none.yaml", ["none.yaml", ""]),
+        ("scene: scene.yaml", "scene: none.yaml", ["map.yaml: scene", "none.yaml"]),
         ("world.objects: 2", "world.objcts: 2", ["panel two", "objcts"]),
         ("seeds: [5, 6]", "seeds: [5, 5]", ["map.yaml:5:", "seed"]),
         ("row: viewpoint_dependent", "row: magic", ["hypotheses[0]", "magic"]),
@@ -191,8 +191,19 @@ fn drives_of_a_life_go_on_from_what_those_before_taught() {
     assert_eq!(drives(), 2 * of_one_life, "nothing is estimated again");
     assert_eq!(fs::read(scene.path("merged/maps/little/results.json")).unwrap(), before);
 
+    let fewer = lives.replace("over: [1, 2] }", "over: [1] }").replace("at: [1, 2]", "at: [1]");
+    let fewer = fewer.replace(", { from: 2, set: { world.objects: 2 } }", "");
+    run(&scene, &fewer, &[]).expect(2, &["of 4 cells", "lacks 2 of them", "three, drive 2", "--replace"]);
+    assert_eq!(fs::read(place.join("results.json")).unwrap(), before);
+
     for (from, to, said) in [
-        ("over: [1, 2]", "over: [1, 2, 4]", "1, 2, 3 and so on"),
+        ("over: [1, 2]", "over: [1, 2, 4]", "map.yaml:6:"),
+        ("over: [1, 2]", "over: [2, 1]", "1, 2, 3 and so on"),
+        (
+            ", life: [{ from: 1 }, { from: 2, set: { world.objects: 2 } }] }\n  - { name: two",
+            " }\n  - { name: two",
+            "no `life`",
+        ),
         ("{ from: 2, set: { world.objects: 2 } }", "{ from: 3 }", "up to 2"),
         ("{ from: 1 }", "{ from: 1, set: { estimator.tolerance: 1e-5 } }", "world, robot and sensors"),
         ("life: [{ from: 1 }, { from: 2,", "life: [{ from: 2,", "begin at drive 1"),

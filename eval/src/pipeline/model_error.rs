@@ -11,7 +11,7 @@ use vantage_learn::Kind;
 pub enum ModelRefusal {
     /// A model that the user names is not there.
     #[error(
-        "--model {}: there is no such folder; name one that `bench train` wrote, or a model that comes with the program \
+        "model {}: there is no such folder; name one that `bench train` wrote, or by --model one that comes with the program \
          (`bench list`)",
         folder.display()
     )]
@@ -64,7 +64,7 @@ pub enum ModelRefusal {
     /// A row reads pairs of views, and the model tells single ones alone.
     #[error(
         "the model in {} is of kind {kind} and tells no view from another, as the row viewpoint_pairs needs it; name a \
-         viewpoint_predictive one by --model, or leave the row out of estimator.rows", folder.display()
+         viewpoint_predictive one (--model, or `model` in a map), or leave the row out", folder.display()
     )]
     NotOfPairs {
         /// The model's folder.
@@ -83,8 +83,8 @@ pub enum ModelRefusal {
     },
     /// A row learns the last layer of a decoder, and the model has none.
     #[error(
-        "the model in {} is {kind}: rows decoder_adapted, decoder_checked and decoder_taught learn the decoder of a viewpoint_dependent one; name another by \
-         --model, or leave the rows out of estimator.rows", folder.display()
+        "the model in {} is {kind}: rows decoder_adapted, decoder_checked and decoder_taught learn the decoder of a viewpoint_dependent one; name another \
+         (--model, or `model` in a map), or leave the rows out", folder.display()
     )]
     NotViewpointDependent {
         /// Its folder.
@@ -95,7 +95,7 @@ pub enum ModelRefusal {
     /// A row learns the last layer of a decoder, and that of the model is none that can be told from its graphs.
     #[error(
         "the model in {} has no last layer for rows decoder_adapted, decoder_checked and decoder_taught, as decoders have that bench train writes: {source}; \
-         leave the rows out of estimator.rows", folder.display()
+         leave the rows out", folder.display()
     )]
     NoLastLayer {
         /// Its folder.

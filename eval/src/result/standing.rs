@@ -3,6 +3,7 @@
 use super::manifest::{FILE_NAME, LARGEST_FILE};
 use super::report;
 use super::results_file::Results;
+use super::table::Table;
 use crate::exit::Ends;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,14 +35,14 @@ struct Options {
 /// A result that a lesser or another one would take the place of.
 #[derive(Debug, Error)]
 #[error(
-    "{} holds a result of {seeds} seeds, and this run {lacks}: nothing was run; keep that result with --out DIR, or give it up with --replace",
+    "{} holds a result of {holds}, and this run {lacks}: nothing was run; keep that result with --out DIR, or give it up with --replace",
     folder.display()
 )]
 pub struct FullerResult {
     /// Where it lies.
     pub folder: PathBuf,
-    /// How many seeds it has.
-    pub seeds: usize,
+    /// What it is of, such as a number of seeds.
+    pub holds: String,
     /// What the run lacks.
     pub lacks: String,
 }
@@ -85,7 +86,18 @@ impl Standing {
             (missing, true) => format!("lacks {missing} of them"),
             (missing, false) => format!("is of another model and lacks {missing} of them"),
         };
-        Err(FullerResult { folder: folder.to_owned(), seeds: self.seeds.len(), lacks })
+        Err(FullerResult { folder: folder.to_owned(), holds: format!("{} seeds", self.seeds.len()), lacks })
+    }
+
+    /// Refuses a run without some of the tables that are in `folder`.
+    pub fn allows_tables(folder: &Path, tables: &BTreeSet<&str>) -> Result<(), FullerResult> {
+        let Ok(results) = Results::read(folder) else { return Ok(()) };
+        let missing: Vec<&str> =
+            results.tables.iter().map(Table::name).filter(|name| !tables.contains(name)).collect();
+        let Some(first) = missing.first() else { return Ok(()) };
+        let holds = format!("{} cells", results.tables.len());
+        let lacks = format!("lacks {} of them, the first {first:?}", missing.len());
+        Err(FullerResult { folder: folder.to_owned(), holds, lacks })
     }
 }
 

@@ -6,6 +6,7 @@ use super::vary::{Axis, Fields, of_a_cell};
 use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use vantage_dataset::Seed;
 
 /// The field of an axis along which drives follow each other; no scene has it.
@@ -66,23 +67,46 @@ pub fn what_is_wrong(map: &MapFile, seeds: &[Seed]) -> Option<String> {
             "panel {name} has a life, or is alone: drives follow each other across {{ field: {DRIVE}, over: [1, 2, ..] }}"
         ));
     }
-    if !map.across.over.iter().map(serde_json::Value::as_u64).eq((1..=last).map(Some)) {
-        return Some(format!("across {DRIVE}: expected the numbers 1, 2, 3 and so on"));
-    }
-    for Panel { name, life, .. } in &map.panels {
-        let starts = life.iter().map(|stretch| stretch.from);
-        if life.first().is_none_or(|first| first.from != 1)
-            || !starts.clone().is_sorted_by(|a, b| a < b)
-            || starts.clone().any(|from| from > last)
-        {
-            return Some(format!(
-                "panel {name}: expected the `life` of a map, whose stretches begin at drive 1 and at later ones up to {last}"
-            ));
-        }
+    let wrong =
+        |Panel { name, life, .. }: &Panel| Some(format!("panel {name}: {}", wrong_stretch(life, last)?));
+    if let Some(reason) = map.panels.iter().find_map(wrong) {
+        return Some(reason);
     }
     let seed = seeds.iter().find(|seed| seed.0 >= LIVES)?;
     Some(format!(
         "seed {}: lives have seeds below {LIVES}, as those of their drives are made of them",
         seed.0
     ))
+}
+
+/// What is wrong with the stretches of a life of so many drives.
+fn wrong_stretch(life: &[Stretch], drives: u64) -> Option<String> {
+    let Some(first) = life.first() else {
+        return Some("it has no `life`: expected stretches, the first of them `from: 1`".to_owned());
+    };
+    if first.from != 1 {
+        return Some(format!(
+            "the first stretch is from drive {}: expected it to begin at drive 1",
+            first.from
+        ));
+    }
+    if let Some(Stretch { from, .. }) = life.iter().find(|stretch| stretch.from > drives) {
+        return Some(format!("a stretch is from drive {from}: expected drives up to {drives}"));
+    }
+    let late = life.windows(2).find(|pair| pair[0].from >= pair[1].from)?;
+    let [before, after] = [late[0].from, late[1].from];
+    Some(format!("a stretch from drive {after} follows one from drive {before}: expected a later one"))
+}
+
+/// Refuses drives that do not follow each other.
+pub fn drives_follow(field: &str) -> impl FnOnce(&Vec<Value>, &()) -> garde::Result {
+    move |over, ()| {
+        let follow = over.iter().map(Value::as_u64).eq((1..=over.len() as u64).map(Some));
+        match follow || field != DRIVE {
+            true => Ok(()),
+            false => {
+                Err(garde::Error::new("expected the numbers 1, 2, 3 and so on of drives, without a gap"))
+            }
+        }
+    }
 }

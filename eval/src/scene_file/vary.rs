@@ -1,5 +1,6 @@
 //! Fields of a scene set otherwise: one field over several values, and a scene with some fields replaced.
 
+use super::life::drives_follow;
 use super::{SceneFile, is_file_name};
 use crate::exit::Ends;
 use garde::Validate;
@@ -20,7 +21,7 @@ pub struct Axis {
     #[garde(custom(is_field_of_a_cell))]
     pub field: String,
     /// Its values, in the order of tables and figures; `null` leaves an optional field out.
-    #[garde(length(min = 1, max = 50), custom(all_different))]
+    #[garde(length(min = 1, max = 50), custom(all_different), custom(drives_follow(&self.field)))]
     pub over: Vec<Value>,
 }
 

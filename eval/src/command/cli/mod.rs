@@ -139,7 +139,7 @@ pub struct MapArgs {
     /// Folder that gets `maps/NAME`, the results of the map of that name: `results` for those that are committed.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Gives up a result of more seeds that lies in the folder.
+    /// Gives up a result of more seeds, or with cells that the run lacks, that lies in the folder.
     #[arg(long)]
     #[serde(skip)]
     pub replace: bool,

@@ -67,6 +67,11 @@ impl Source {
     fn read(args: &MapArgs) -> Result<Self, BenchError> {
         let map: MapFile = scene_file::read(&args.map)?;
         let scene_path = args.map.parent().unwrap_or(Path::new("")).join(&map.scene);
+        if !scene_path.is_file() {
+            let reason =
+                format!("there is no file {}; the path is relative to the map", scene_path.display());
+            return Err(VaryError { path: args.map.clone(), what: "scene".to_owned(), reason }.into());
+        }
         let scene = scene_file::read(&scene_path)?;
         Ok(Self { map, path: args.map.clone(), scene, scene_path })
     }
@@ -193,10 +198,12 @@ fn make(
     let Source { map, scene, scene_path, .. } = source;
     let seeds = source.seeds(seeds);
     let place = ResultKind::Map.place(out.path(), &map.name);
+    let sequences = source.sequences(&seeds)?;
     if let Some(standing) = Standing::read(&place).filter(|_| !replace) {
         standing.allows(&place, &seeds, true)?;
+        let cells = sequences.iter().flatten().map(|cell| cell.name.as_str()).collect();
+        Standing::allows_tables(&place, &cells)?;
     }
-    let sequences = source.sequences(&seeds)?;
     let hash = map.hash(&scene_file::hash(scene)?)?;
     let mut manifest = Manifest { options, ..Manifest::new(&hash, &seeds) };
 
