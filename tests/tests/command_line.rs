@@ -142,7 +142,7 @@ fn a_model_that_comes_with_the_program_is_taken_by_its_name() {
 #[test]
 fn a_model_that_is_not_there_is_found_before_any_work() {
     let scene = SmallScene::new(&[]);
-    Finished::of(scene.command().args(["--model", "nope"])).expect(2, &["--model nope", "bench train"]);
+    Finished::of(scene.command().args(["--model", "nope"])).expect(2, &["model nope", "bench train"]);
     assert!(!scene.path("cache/entries/views").exists());
 }
 

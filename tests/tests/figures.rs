@@ -49,7 +49,7 @@ fn a_folder_that_cannot_be_written_and_a_missing_model_are_told_of() {
     figures(&scene, &scene.path("scene.yaml/out"), "1").expect(6, &["scene.yaml"]);
     let mut command = scene.on(&["figures"], "scene.yaml");
     Finished::of(command.args(["--model", "none", "--out"]).arg(scene.path("out")))
-        .expect(2, &["--model none"]);
+        .expect(2, &["model none"]);
 }
 
 #[test]
