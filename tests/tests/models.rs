@@ -95,7 +95,7 @@ fn pairs_of_views_are_a_row_of_predictive_models_alone() {
     let calibrated = Finished::of(scene.on(&["calibrate"], "scene.yaml").arg("2"));
     calibrated.expect(0, &[]);
     assert!(calibrated.stdout.contains("pairs, chain"), "{}", calibrated.stdout);
-    SmallScene::new(&[PAIRS]).run().expect(2, &["row viewpoint_pairs", "--model", "estimator.rows"]);
+    SmallScene::new(&[PAIRS]).run().expect(2, &["row viewpoint_pairs", "--model", "leave the row out"]);
 }
 
 #[test]
