@@ -10,6 +10,7 @@ use crate::score::known_views::KnownViewTrial;
 use crate::score::unseen::{Subject, Unseen};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::sync::Arc;
 use vantage_dataset::store::Key;
 use vantage_dataset::{Seed, Split, View, ViewSet};
@@ -22,6 +23,8 @@ pub struct StudyViews {
     validation: ViewSet,
     seals: [String; 2],
     scored: Vec<ScoredViews>,
+    /// Of known instances, whose azimuths are asked: [`recalled`].
+    asked: Option<ScoredViews>,
     /// Whether the study scores instances that its trainings have seen.
     of_seen: bool,
 }
@@ -71,6 +74,7 @@ pub fn study_views(
             validation,
             seals: Default::default(),
             scored: tested()?,
+            asked: None,
             of_seen: false,
         });
     }
@@ -82,6 +86,7 @@ pub fn study_views(
     };
     let (mut training, first) = of(imported.training, Split::Train)?;
     let (validation, second) = of(imported.validation, Split::Validation)?;
+    let mut asked = None;
     let scored = match study.scored {
         Scored::Test => tested()?,
         Scored::Validation => vec![ScoredViews { seed, set: validation.clone(), seal: second.clone() }],
@@ -91,7 +96,14 @@ pub fn study_views(
             if let Some(instance) = missing {
                 return Err(StageError::NothingHeldOut { instance });
             }
-            vec![ScoredViews { seed, set, seal: format!("held out of {known} instances of {first}") }]
+            let seal = format!("held out of {known} instances of {first}");
+            let of_both = || ScoredViews {
+                seed,
+                set: recalled(&training, &set),
+                seal: format!("{seal}, beside those that were trained on"),
+            };
+            asked = (!study.known_views.is_empty()).then(of_both);
+            vec![ScoredViews { seed, set, seal }]
         }
     };
     Ok(StudyViews {
@@ -99,6 +111,7 @@ pub fn study_views(
         validation,
         seals: [first, second],
         scored,
+        asked,
         of_seen: study.scored != Scored::Test,
     })
 }
@@ -132,15 +145,21 @@ impl StudyViews {
         })
     }
 
-    /// The queries of a teller of azimuths, of objects with so many known views. Its process is fitted on the
-    /// validation views.
+    /// The queries of a teller of azimuths, of objects with so many known views; of instances that were trained on these are views of the
+    /// training. Its process is fitted on the validation views.
     pub fn known_views(
         &self,
         pipeline: &Pipeline,
         known: usize,
         teller: Teller<'_>,
     ) -> Result<Option<Vec<KnownViewTrial>>, StageError> {
-        known_views(pipeline, (&self.validation, &self.seals[1]), &self.scored, known, teller)
+        let asked = self.asked.as_ref().map_or(self.scored.as_slice(), slice::from_ref);
+        known_views(pipeline, (&self.validation, &self.seals[1]), asked, known, teller)
+    }
+
+    /// The first set of views whose azimuths are asked.
+    pub fn first_asked(&self) -> Option<&ViewSet> {
+        self.asked.as_ref().or(self.scored.first()).map(|asked| &asked.set)
     }
 
     /// The first set of views that models are scored on.
@@ -249,6 +268,17 @@ fn held_out(set: &mut ViewSet, instances: usize) -> ViewSet {
     }
 }
 
+/// The views of known instances as azimuths are asked of them: those that were trained on as session 0, those held out as session 1, in random
+/// order.
+fn recalled(training: &ViewSet, held: &ViewSet) -> ViewSet {
+    let known = training.views.iter().filter(|view| view.instance < held.instances.len());
+    let known = known.map(|view| View { session: 0, ..view.clone() });
+    let asked = held.views.iter().map(|view| View { session: 1, ..view.clone() });
+    let mut views: Vec<View> = known.chain(asked).collect();
+    Seed(0).stream("recalled views", 0).shuffle(&mut views);
+    ViewSet { split: held.split, instances: held.instances.clone(), views }
+}
+
 /// The instances that a variant is trained on, with their views.
 fn of_variant(set: &ViewSet, variant: &Variant, families: &[Family]) -> ViewSet {
     let composite = Family::Composite.name();
@@ -349,5 +379,18 @@ mod tests {
         assert_eq!(numbers, [6.0, 7.0, 14.0, 15.0, 22.0, 23.0, 30.0, 31.0]);
         assert_eq!((held.instances.len(), set.views.len(), set.instances.len()), (2, 40, 3));
         assert!(set.views.iter().all(|view| !numbers.contains(&view.visible_fraction)));
+
+        let asked = recalled(&set, &held);
+        assert_eq!(asked.instances, held.instances);
+        let of_session = |session: usize| -> Vec<f64> {
+            let of_first = asked.views.iter().filter(|view| view.session == session && view.instance == 0);
+            of_first.map(|view| view.visible_fraction).collect()
+        };
+        let (known, mut queries) = (of_session(0), of_session(1));
+        assert!(known.len() == 12 && known.iter().all(|number| !numbers.contains(number)));
+        assert!(!known.is_sorted(), "the first ones are all round the object: {known:?}");
+        queries.sort_by(f64::total_cmp);
+        assert_eq!(queries, numbers[..4]);
+        assert_eq!(asked.views.len(), 32);
     }
 }

@@ -239,7 +239,7 @@ fn scored(
                                 && row == *name
                                 && seed == Seed(1)
                                 && Some(&known) == study.known_views.iter().max();
-                            if let (true, Some(set)) = (is_drawn, views.first_scored()) {
+                            if let (true, Some(set)) = (is_drawn, views.first_asked()) {
                                 drawn.worst = worst_png(set, known, &told)?;
                             }
                             scores.told(known, &row, seed, known_view_scores(&told));
