@@ -62,6 +62,8 @@ pub use training::{train, train_on};
 pub use true_views::true_viewpoint;
 pub use unseen::{ScoredViews, embedded, imported_views, test_views, unseen};
 pub use vantage_sim::render::choice::RendererChoice;
+#[cfg(feature = "train")]
+use views::shown_views;
 pub use views::{VIEW_CONDITIONS, views};
 
 use crate::progress::Progress;

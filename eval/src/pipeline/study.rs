@@ -3,7 +3,7 @@
 use super::known_views::{Teller, known_views};
 use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit};
-use super::{Pipeline, ScoredViews, StageError, code, test_views, unseen, views};
+use super::{Pipeline, ScoredViews, StageError, code, shown_views, test_views, unseen};
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, Variant};
 use crate::score::known_views::KnownViewTrial;
@@ -82,7 +82,7 @@ pub fn study_views(
     let (_, known, _) = imported.numbers(pipeline);
     let of = |imported: Option<ScoredViews>, split| match imported {
         Some(ScoredViews { set, seal, .. }) => Ok((set, seal)),
-        None => views(pipeline, split, seed, &mut |_| ()),
+        None => shown_views(pipeline, split),
     };
     let (mut training, first) = of(imported.training, Split::Train)?;
     let (validation, second) = of(imported.validation, Split::Validation)?;

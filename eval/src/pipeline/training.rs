@@ -1,6 +1,6 @@
 //! Training as a stage: views in, model folder out.
 
-use super::{Pipeline, StageError, VIEW_CONDITIONS, code, views};
+use super::{Pipeline, StageError, VIEW_CONDITIONS, code, shown_views};
 use crate::progress::Stage;
 use crate::result::manifest::Host;
 use crate::scene_file;
@@ -36,8 +36,8 @@ pub fn train(pipeline: &Pipeline, device: &TrainingDevice, folder: &Path) -> Res
          on two cores)",
         pipeline.file.name
     ));
-    let training = shown_views(pipeline, Split::Train)?;
-    let validation = shown_views(pipeline, Split::Validation)?;
+    let training = shown_views(pipeline, Split::Train)?.0;
+    let validation = shown_views(pipeline, Split::Validation)?.0;
     let conditions = scene_file::hash(&pipeline.scene.view_conditions())?;
     let (spec, seed) = (&pipeline.file.training.model, pipeline.file.training.seed);
     let fitted =
@@ -96,16 +96,6 @@ pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result
         ControlFlow::Continue(())
     })?;
     Ok(())
-}
-
-fn shown_views(pipeline: &Pipeline, split: Split) -> Result<ViewSet, StageError> {
-    let instances = pipeline.scene.view_conditions().views.instances(split) as u64;
-    let name = format!("{} views", split.name());
-    let mut stage = None;
-    let mut made = |count| {
-        stage.get_or_insert_with(|| pipeline.progress.stage(&name, instances)).advance(count);
-    };
-    Ok(views(pipeline, split, pipeline.file.training.seed, &mut made)?.0)
 }
 
 /// The training's own progress as ours.

@@ -14,6 +14,8 @@ use vantage_dataset::Symmetry;
 const INFO: &str = "models_info.json";
 const LARGEST_INFO: u64 = 1 << 24;
 const LARGEST_MESH: u64 = 1 << 28;
+/// No object is larger, nor any vertex farther from its model's origin, millimetres.
+const LARGEST: f64 = 1e6;
 /// How far an axis or a turn may be from one about z.
 const ABOUT_Z: f64 = 0.01;
 
@@ -72,15 +74,16 @@ pub(super) fn read_models(
     let mut models = BTreeMap::new();
     for (id, entry) in entries {
         let numbers = [entry.diameter, entry.size_x, entry.size_y, entry.size_z];
-        let is_sound = numbers.iter().all(|value| value.is_finite() && *value >= 0.0) && entry.diameter > 0.0;
+        let is_sound = numbers.iter().all(|value| (0.0..=LARGEST).contains(value)) && entry.diameter > 0.0;
         let center = Vector3::new(
             entry.min_x + entry.size_x / 2.0,
             entry.min_y + entry.size_y / 2.0,
             entry.min_z + entry.size_z / 2.0,
         ) / MILLIMETRES;
-        if !is_sound || !center.iter().all(|value| value.is_finite()) {
-            let got = format!("diameter {}, sizes {numbers:?}", entry.diameter);
-            return Err(ImportError::invalid(&path, id.to_string(), got, "positive numbers", FETCH_AGAIN));
+        if !is_sound || !center.iter().all(|value| value.abs() <= LARGEST / MILLIMETRES) {
+            let got = format!("diameter and sizes {numbers:?} about {:?}", center * MILLIMETRES);
+            let expected = "positive numbers of millimetres, up to a kilometre";
+            return Err(ImportError::invalid(&path, id.to_string(), got, expected, FETCH_AGAIN));
         }
         let file = folder.join(format!("obj_{id:06}.ply"));
         let mesh = match read_ply(&file) {
@@ -156,10 +159,11 @@ pub(super) fn read_ply(path: &Path) -> Result<MeshGeometry, ImportError> {
     }
     let corners = mesh.triangles.iter().flatten();
     let stray = corners.clone().find(|&&corner| corner as usize >= mesh.positions.len());
-    let is_finite = mesh.positions.iter().flatten().all(|value| value.is_finite());
-    if mesh.triangles.is_empty() || stray.is_some() || !is_finite {
+    let is_near =
+        mesh.positions.iter().flatten().all(|value| f64::from(*value).abs() <= LARGEST / MILLIMETRES);
+    if mesh.triangles.is_empty() || stray.is_some() || !is_near {
         let got = format!("{} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
-        let expected = "triangles, whose corners are finite vertices of the file";
+        let expected = "triangles, whose corners are vertices of the file within a kilometre";
         return Err(ImportError::invalid(path, "faces", got, expected, FETCH_AGAIN));
     }
     Ok(mesh)
