@@ -30,7 +30,13 @@ pub struct Skipped {
 
 impl std::fmt::Display for Skipped {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.file.display(), self.reason)
+        // Reasons that are errors of reading name the file themselves.
+        let file = self.file.display().to_string();
+        if self.reason.contains(&file) {
+            f.write_str(&self.reason)
+        } else {
+            write!(f, "{file}: {}", self.reason)
+        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! Photographs of objects from known azimuths, by the names of their files, as COIL-100 (Nene et al. 1996) has them.
 //!
 //! `OBJECT__AZIMUTH.png` or `.jpg`, the azimuth in degrees; `OBJECT__AZIMUTH_mask.png` beside it, where there is one, is not 0 where the
-//! object is. Files in the folder itself are one session, those of each folder in it another.
+//! object is. Without one the photograph is dark around it. Files in the folder itself are one session, those of each folder in it another.
 
 use crate::import::{ImportError, ImportReport};
 use crate::picture::{read_jpeg, read_png};
 use image::RgbImage;
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vantage_dataset::views::InstanceRecord;
 use vantage_dataset::window::{Labelled, Window, cut};
@@ -15,7 +15,11 @@ use vantage_dataset::{Crop, InstanceId, Mask, Split, Symmetry, View, ViewSet, Vi
 
 /// A pixel without a mask is the object's where a channel is above this.
 const BLACK: u8 = 24;
+/// A darkest corner that is brighter is no dark background.
+const DARK: u8 = 64;
 const MASK: &str = "_mask";
+/// Endings of files that would be photographs under another name.
+const IMAGES: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp", "gif"];
 
 /// What file names do not say.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,11 +43,11 @@ struct Photo {
 
 /// Reads the views of the objects that `takes` says, ordered by object, session, azimuth.
 ///
-/// What does not decode, or shows no object, is left out and reported.
+/// What does not decode, shows no object, or has another name is left out and reported.
 ///
 /// # Errors
 ///
-/// A folder that cannot be read, and one object at one azimuth twice in a session.
+/// A folder that cannot be read, and one object at one azimuth twice in a session, modulo a turn.
 pub fn read_turned_photos(
     root: &Path,
     split: Split,
@@ -52,7 +56,7 @@ pub fn read_turned_photos(
 ) -> Result<(ViewSet, ImportReport), ImportError> {
     let mut set = ViewSet { split, instances: Vec::new(), views: Vec::new() };
     let mut report = ImportReport::default();
-    for (name, photos) in photos(root)?.into_iter().filter(|(name, _)| takes(name)) {
+    for (name, photos) in photos(root, &mut report)?.into_iter().filter(|(name, _)| takes(name)) {
         let instance = set.instances.len();
         let first = set.views.len();
         for Photo { session, azimuth, path, mask } in photos {
@@ -100,23 +104,40 @@ impl Turntable {
 }
 
 /// The photographs of each object by name, by session and azimuth.
-fn photos(root: &Path) -> Result<BTreeMap<String, Vec<Photo>>, ImportError> {
+fn photos(root: &Path, report: &mut ImportReport) -> Result<BTreeMap<String, Vec<Photo>>, ImportError> {
     let mut folders = vec![root.to_owned()];
     folders.extend(entries(root)?.into_iter().filter(|path| path.is_dir()));
     let mut found: BTreeMap<String, Vec<Photo>> = BTreeMap::new();
     for (session, folder) in folders.iter().enumerate() {
-        let files: BTreeSet<PathBuf> = entries(folder)?.into_iter().filter(|path| !path.is_dir()).collect();
+        let files: Vec<PathBuf> = entries(folder)?.into_iter().filter(|path| !path.is_dir()).collect();
+        let mut masks: BTreeMap<String, &PathBuf> = BTreeMap::new();
+        let mut others = Vec::new();
         for path in &files {
-            let Some((name, degrees)) = named(path) else { continue };
-            let mask = path.with_file_name(format!("{}{MASK}.png", stem(path)));
-            let mask = files.contains(&mask).then_some(mask);
-            let (azimuth, own) = (degrees.to_radians(), found.entry(name.clone()).or_default());
+            let stem = stem(path).to_lowercase();
+            match stem.strip_suffix(MASK) {
+                Some(of) if ending(path) == "png" => drop(masks.insert(of.to_owned(), path)),
+                _ => others.push(path),
+            }
+        }
+        for path in others {
+            let Some((name, degrees)) = named(path) else {
+                if IMAGES.contains(&ending(path).as_str()) {
+                    report.skip(path, "is not named OBJECT__AZIMUTH.png or .jpg, such as cup__30.png");
+                }
+                continue;
+            };
+            let mask = masks.remove(&stem(path).to_lowercase()).cloned();
+            let turned = degrees.rem_euclid(360.0);
+            let (azimuth, own) = (turned.to_radians(), found.entry(name.clone()).or_default());
             if own.iter().any(|other| other.session == session && other.azimuth == azimuth) {
-                let (got, expected) = (format!("{name} at {degrees} degrees twice"), "each azimuth once");
+                let (got, expected) = (format!("{name} at {turned} degrees twice"), "each azimuth once");
                 let remedy = "leave out one of the files, or put it into a folder of its own";
                 return Err(ImportError::invalid(path, "name", got, expected, remedy));
             }
             own.push(Photo { session, azimuth, path: path.clone(), mask });
+        }
+        for mask in masks.into_values() {
+            report.skip(mask, "is the mask of no photograph");
         }
     }
     for photos in found.values_mut() {
@@ -127,15 +148,16 @@ fn photos(root: &Path) -> Result<BTreeMap<String, Vec<Photo>>, ImportError> {
 
 /// Object and azimuth, degrees; `None` of any other file.
 fn named(path: &Path) -> Option<(String, f64)> {
-    is_png(path).or(path.extension().filter(|end| *end == "jpg" || *end == "jpeg").map(|_| false))?;
     let stem = stem(path);
     let (object, degrees) = stem.rsplit_once("__")?;
     let degrees = degrees.parse::<f64>().ok().filter(|degrees| degrees.is_finite())?;
-    (!object.is_empty()).then(|| (object.to_owned(), degrees))
+    let is_photo = matches!(ending(path).as_str(), "png" | "jpg" | "jpeg");
+    (is_photo && !object.is_empty()).then(|| (object.to_owned(), degrees))
 }
 
-fn is_png(path: &Path) -> Option<bool> {
-    path.extension().filter(|end| *end == "png").map(|_| true)
+/// In small letters, without the dot.
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
 fn stem(path: &Path) -> String {
@@ -146,6 +168,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
     let read = || -> std::io::Result<Vec<PathBuf>> {
         let mut paths: Vec<PathBuf> =
             std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+        paths.retain(|path| !stem(path).starts_with('.'));
         paths.sort();
         Ok(paths)
     };
@@ -154,16 +177,29 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
 
 /// The crop of a photograph; `None` where no pixel is the object's.
 fn crop(path: &Path, mask: Option<&Path>) -> Result<Option<Crop>, ImportError> {
-    let image = if is_png(path).is_some() { read_png(path)? } else { read_jpeg(path)? };
-    let is_object = |pixel: &[u8]| pixel.iter().any(|&value| value > BLACK);
-    let ids: Vec<u32> = match mask {
-        None => image.as_raw().chunks_exact(3).map(|pixel| u32::from(is_object(pixel))).collect(),
+    let image = if ending(path) == "png" { read_png(path)? } else { read_jpeg(path)? };
+    let ids = match mask {
+        None => of_brightness(path, &image)?,
         Some(file) => of_mask(file, &image)?,
     };
     let Some(silhouette) = Mask::of(&ids, image.width() as usize, 1) else { return Ok(None) };
     let labelled = Labelled { width: image.width() as usize, rgb: image.as_raw(), ids: &ids };
     let window = Window::around(&silhouette.bounding_box);
     Ok(Some(cut(&labelled, &window, mask.map(|_| 1))))
+}
+
+fn of_brightness(file: &Path, image: &RgbImage) -> Result<Vec<u32>, ImportError> {
+    let brightness = |pixel: &[u8]| pixel.iter().copied().max().unwrap_or(0);
+    let (right, bottom) = (image.width().saturating_sub(1), image.height().saturating_sub(1));
+    let corners = [(0, 0), (right, 0), (0, bottom), (right, bottom)];
+    let darkest = corners.iter().map(|&(x, y)| brightness(&image.get_pixel(x, y).0)).min().unwrap_or(0);
+    if darkest > DARK {
+        let expected = format!("at most {DARK} of 255 in the darkest corner");
+        let remedy = "put a mask beside the photograph, or make it black around the object";
+        return Err(ImportError::invalid(file, "background", darkest, expected, remedy));
+    }
+    let is_object = |pixel: &[u8]| u32::from(brightness(pixel) > BLACK);
+    Ok(image.as_raw().chunks_exact(3).map(is_object).collect())
 }
 
 fn of_mask(file: &Path, image: &RgbImage) -> Result<Vec<u32>, ImportError> {
@@ -217,6 +253,41 @@ mod tests {
         assert_eq!(seen, [(0, 0, 0), (1, 0, 55), (1, 0, 900), (1, 1, 900)]);
         assert!((set.views[0].viewpoint.elevation() - 0.4).abs() < 1e-12);
         assert_eq!((report.views, report.skipped.len()), (4, 2));
+    }
+
+    #[test]
+    fn photographs_by_other_names_are_told_and_endings_may_be_capital() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in
+            ["cup__10.PNG", "cup_20.png", "cup__x.png", ".cup__30.png", "cup__10_MASK.png", "pot__1_mask.png"]
+        {
+            write(&at("saved.png"));
+            std::fs::rename(at("saved.png"), at(name)).unwrap();
+        }
+        let (set, report) = read(folder.path()).unwrap();
+        assert_eq!((set.views.len(), set.instances.len()), (1, 1));
+        let told: Vec<String> = report.skipped.iter().map(|skipped| skipped.to_string()).collect();
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(told[0].contains("cup_20.png") && told[0].contains("OBJECT__AZIMUTH"), "{told:?}");
+        assert!(told[2].contains("pot__1_mask.png"), "{told:?}");
+    }
+
+    #[test]
+    fn an_azimuth_is_given_once_modulo_a_turn() {
+        let folder = tempfile::tempdir().unwrap();
+        write(&folder.path().join("cup__-90.png"));
+        write(&folder.path().join("cup__270.png"));
+        let error = read(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("cup at 270 degrees twice"), "{error}");
+    }
+
+    #[test]
+    fn without_a_mask_the_background_is_dark() {
+        let folder = tempfile::tempdir().unwrap();
+        RgbImage::from_pixel(24, 24, Rgb([140; 3])).save(folder.path().join("cup__0.png")).unwrap();
+        let (set, report) = read(folder.path()).unwrap();
+        assert!(set.views.is_empty() && report.skipped[0].reason.contains("put a mask beside"), "{report:?}");
     }
 
     #[test]

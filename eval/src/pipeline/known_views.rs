@@ -51,13 +51,19 @@ pub fn known_views(
         let scale: f64 = cache.json(&key, SCALE, || {
             Ok(information_scale(validation, known, model, free_yaw).map_err(refused)?)
         })?;
+        let objects = sets.iter().map(|scored| scored.set.instances.len() as u64).sum();
+        let mut stage = None;
         let trials: Result<Vec<Vec<KnownViewTrial>>, StageError> = sets
             .iter()
             .map(|scored| {
                 let key = Key::new("known_views", &(code::SCORED, &scored.seal, seal, known, kind, hash))?;
-                let found =
-                    || Ok(known_view_trials(&scored.set, known, model, free_yaw, scale).map_err(refused)?);
-                cache.json(&key, FILE, found)
+                cache.json(&key, FILE, || {
+                    let name = format!("azimuths from {known} known views");
+                    let stage = stage.get_or_insert_with(|| pipeline.progress.stage(&name, objects));
+                    let told = &|| stage.advance(1);
+                    Ok(known_view_trials(&scored.set, known, model, free_yaw, scale, told)
+                        .map_err(refused)?)
+                })
             })
             .collect();
         Ok(Some(trials?.concat()))

@@ -46,8 +46,8 @@ pub use estimates::{Answer, Lessons, Method, PANICKED, SeedAnswers, StoredObject
 #[cfg(feature = "train")]
 pub use known_views::Teller;
 pub use model::{
-    LoadedModel, Naming, any_model, caveat, check_unseen, chosen_model, chosen_models, model, model_hash,
-    models, reference_model,
+    LoadedModel, Naming, any_model, beside_or_supplied, caveat, check_unseen, chosen_model, chosen_models,
+    model, model_hash, models, reference_model,
 };
 pub use model_error::ModelRefusal;
 pub use online::{OnlineAnswer, OnlineRun, SeedOnline, online};
@@ -62,8 +62,6 @@ pub use training::{train, train_on};
 pub use true_views::true_viewpoint;
 pub use unseen::{ScoredViews, embedded, imported_views, test_views, unseen};
 pub use vantage_sim::render::choice::RendererChoice;
-#[cfg(feature = "train")]
-use views::shown_views;
 pub use views::{VIEW_CONDITIONS, views};
 
 use crate::progress::Progress;

@@ -77,12 +77,16 @@ pub fn check_unseen(
 /// The folder of the model that a scene names: relative to the scene or, where there is none, the model of that name that comes with
 /// the program. `None` where the scene names none.
 pub fn reference_model(file: &SceneFile, scene: &Path, cache: &Path) -> Result<Option<PathBuf>, StoreError> {
-    let Some(path) = &file.training.reference else { return Ok(None) };
-    let beside = scene.parent().unwrap_or(Path::new("")).join(path);
-    let supplied = path.file_name().and_then(|name| name.to_str()).filter(|_| !beside.is_dir());
+    file.training.reference.as_ref().map(|path| beside_or_supplied(scene, path, cache)).transpose()
+}
+
+/// The folder of a model that a file names: relative to the file or, where there is none, the model of that name that comes with the program.
+pub fn beside_or_supplied(file: &Path, folder: &Path, cache: &Path) -> Result<PathBuf, StoreError> {
+    let beside = file.parent().unwrap_or(Path::new("")).join(folder);
+    let supplied = folder.file_name().and_then(|name| name.to_str()).filter(|_| !beside.is_dir());
     match supplied {
-        Some(name) => Ok(supplied::model(name, cache)?.or(Some(beside))),
-        None => Ok(Some(beside)),
+        Some(name) => Ok(supplied::model(name, cache)?.unwrap_or(beside)),
+        None => Ok(beside),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::known_views::{Teller, known_views};
 use super::model::{any_model, check_unseen};
-use super::training::{Fit, fit};
-use super::{Pipeline, ScoredViews, StageError, code, shown_views, test_views, unseen};
+use super::training::{Fit, fit, shown_views};
+use super::{Pipeline, ScoredViews, StageError, code, test_views, unseen};
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, Variant};
 use crate::score::known_views::KnownViewTrial;

@@ -1,6 +1,6 @@
 //! Training as a stage: views in, model folder out.
 
-use super::{Pipeline, StageError, VIEW_CONDITIONS, code, shown_views};
+use super::{Pipeline, StageError, VIEW_CONDITIONS, code, views};
 use crate::progress::Stage;
 use crate::result::manifest::Host;
 use crate::scene_file;
@@ -96,6 +96,17 @@ pub(super) fn fit(pipeline: &Pipeline, fitted: Fit<'_>, folder: &Path) -> Result
         ControlFlow::Continue(())
     })?;
     Ok(())
+}
+
+/// The views of a split under the seed of the training, with progress, and their seal.
+pub(super) fn shown_views(pipeline: &Pipeline, split: Split) -> Result<(ViewSet, String), StageError> {
+    let instances = pipeline.scene.view_conditions().views.instances(split) as u64;
+    let name = format!("{} views", split.name());
+    let mut stage = None;
+    let mut made = |count| {
+        stage.get_or_insert_with(|| pipeline.progress.stage(&name, instances)).advance(count);
+    };
+    views(pipeline, split, pipeline.file.training.seed, &mut made)
 }
 
 /// The training's own progress as ours.

@@ -59,15 +59,3 @@ pub fn views(
     })?;
     Ok((read_views(&entry.folder)?, read_manifest(&entry.folder)?.seal))
 }
-
-/// Those under the seed of the training, with progress.
-#[cfg(feature = "train")]
-pub(super) fn shown_views(pipeline: &Pipeline, split: Split) -> Result<(ViewSet, String), StageError> {
-    let instances = pipeline.scene.view_conditions().views.instances(split) as u64;
-    let name = format!("{} views", split.name());
-    let mut stage = None;
-    let mut made = |count| {
-        stage.get_or_insert_with(|| pipeline.progress.stage(&name, instances)).advance(count);
-    };
-    views(pipeline, split, pipeline.file.training.seed, &mut made)
-}

@@ -50,6 +50,15 @@ pub enum SceneFileError {
         /// The rule.
         source: SceneError,
     },
+    /// Its episodes were recorded, and what is asked is of a simulated world.
+    #[error(
+        "{}: evaluation.episodes: its episodes were recorded, and this command simulates; leave the field out, or name another scene",
+        path.display()
+    )]
+    Recorded {
+        /// The file.
+        path: PathBuf,
+    },
 }
 
 impl Ends for SceneFileError {

@@ -89,6 +89,14 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
+    /// Refuses a scene whose episodes were recorded, for a command that asks of the simulated world alone.
+    pub fn check_simulated(&self, path: &Path) -> Result<(), SceneFileError> {
+        match self.evaluation.episodes {
+            Some(_) => Err(SceneFileError::Recorded { path: path.to_owned() }),
+            None => Ok(()),
+        }
+    }
+
     /// The simulated part of the scene that was read from `path`, with the meshes it names, which are prepared in the folder
     /// `cache` that commands keep finished stages in. A scene file that was read has passed the simulator's rules, but for those
     /// on what stands where. Tells of fields that vary: they do not here.

@@ -183,6 +183,45 @@ fn what_is_missing_or_wrong_is_left_out_and_told() {
 }
 
 #[test]
+fn camera_poses_that_are_none_are_told() {
+    let (folder, _) = written();
+    change(folder.path(), "scene_camera.json", |cameras| {
+        for i in 0..3 {
+            let number = cameras["1"]["cam_R_w2c"][i].as_f64().unwrap();
+            cameras["1"]["cam_R_w2c"][i] = json!(-number);
+        }
+        cameras["2"].as_object_mut().unwrap().remove("cam_t_w2c");
+    });
+    let mut report = ImportReport::default();
+    let bop = BopScenes::open(folder.path(), &mut report).unwrap();
+    let error = bop.read(&bop.scenes[0], &ALL, &mut Never, &mut report).unwrap_err().to_string();
+    assert!(
+        error.contains("cam_R_w2c of every image"),
+        "these models lie, so nothing else tells what is up: {error}"
+    );
+    let told: Vec<String> = report.skipped.iter().map(ToString::to_string).collect();
+    for image in [1, 2] {
+        let why = format!("image {image}: cam_R_w2c and cam_t_w2c are no rigid pose");
+        assert!(
+            told.iter().any(|line| line.contains("scene_camera.json") && line.contains(&why)),
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
+fn where_no_image_is_left_the_error_says_what_was_wrong_with_the_first() {
+    let (folder, _) = written();
+    change(folder.path(), "scene_camera.json", |cameras| {
+        for camera in cameras.as_object_mut().unwrap().values_mut() {
+            camera["cam_K"][0] = json!(1e300);
+        }
+    });
+    let error = try_read(folder.path(), &mut Never).unwrap_err().to_string();
+    assert!(error.contains("scene_camera.json") && error.contains("image 0: cam_K is no pinhole"), "{error}");
+}
+
+#[test]
 fn an_image_whose_principal_point_lies_outside_of_it_is_left_out() {
     let (folder, scene) = written();
     change(folder.path(), "scene_camera.json", |cameras| {

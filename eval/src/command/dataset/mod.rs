@@ -144,6 +144,7 @@ fn tell(progress: &Progress, set_aside: &[PathBuf]) {
 pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let out = OutputFolder::probe(&args.out)?;
     let file: SceneFile = scene_file::read(&args.scene)?;
+    file.check_simulated(&args.scene)?;
     let progress = Progress::detect();
     let scene = file.checked(&args.scene, &args.making.cache, &progress)?;
     let _lock = out.lock(&progress)?;

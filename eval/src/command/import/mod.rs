@@ -58,15 +58,11 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         ImportLayout::Bop => bop::bop(args, like.as_ref(), &progress)?,
         ImportLayout::Folder => folder(args)?,
     };
-    for skipped in report.skipped.iter().take(TOLD) {
-        progress.note(&format!("left out: {skipped}"));
-    }
-    if report.skipped.len() > TOLD {
-        progress.note(&format!("left out: {} more", report.skipped.len() - TOLD));
-    }
+    tell(&report, &progress);
     let is_none = matches!(&data, Imported::Episodes(episodes) if episodes.is_empty());
     if report.views == 0 || is_none {
-        writeln!(stdout, "nothing to import in {}: nothing was written", args.source.display())?;
+        let (folder, wanted) = (args.source.display(), wanted(args.layout));
+        writeln!(stdout, "nothing to import in {folder}: nothing was written; looked for {wanted}")?;
         return Ok(Exit::NothingEvaluated);
     }
     let what = match &data {
@@ -95,6 +91,35 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     };
     writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;
     Ok(Exit::Success)
+}
+
+/// Says what was left out, each line once.
+fn tell(report: &ImportReport, progress: &Progress) {
+    let mut lines: Vec<(String, usize)> = Vec::new();
+    for line in report.skipped.iter().map(ToString::to_string) {
+        match lines.iter_mut().find(|(told, _)| *told == line) {
+            Some((_, times)) => *times += 1,
+            None => lines.push((line, 1)),
+        }
+    }
+    let shown = if progress.is_verbose() { lines.len() } else { TOLD.min(lines.len()) };
+    for (line, times) in &lines[..shown] {
+        let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
+        progress.note(&format!("left out: {line}{times}"));
+    }
+    if shown < lines.len() {
+        progress.note(&format!("left out: {} more; --verbose tells all", lines.len() - shown));
+    }
+}
+
+/// What a layout's data consist of.
+fn wanted(layout: ImportLayout) -> &'static str {
+    match layout {
+        ImportLayout::Bigbird => "folders of objects with photographs, masks and poses",
+        ImportLayout::Avd => "images with boxes of objects and poses of cameras",
+        ImportLayout::Bop => "scenes of three images or more, with objects that stand still and are seen",
+        ImportLayout::Folder => "photographs named OBJECT__AZIMUTH.png or .jpg, such as cup__30.png",
+    }
 }
 
 /// What was read, to be written.

@@ -49,6 +49,7 @@ const FROM_ABOVE_FOV: f64 = 0.3;
 /// the symmetries of the scene's meshes.
 pub fn look(args: &LookArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let file: SceneFile = scene_file::read(&args.scene)?;
+    file.check_simulated(&args.scene)?;
     let scene = file.checked(&args.scene, &args.making.cache, &Progress::detect())?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.png", file.name)));
     if path.extension().is_none_or(|extension| extension != "png") || path.exists() && !path.is_file() {

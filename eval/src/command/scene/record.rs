@@ -53,7 +53,9 @@ impl Record {
             caveats.extend(caveat(pipeline, &model.model)?.map(|what| format!("The model{name} {what}.")));
         }
         if pipeline.recorded().is_some() {
-            caveats.push(recorded_caveat(episodes)?);
+            let caveat = recorded_caveat(episodes)?;
+            pipeline.progress.note(&format!("note: {caveat}"));
+            caveats.push(caveat);
         }
         Ok(Manifest {
             model_hash: single.map(|model| model.model.hash().to_owned()),

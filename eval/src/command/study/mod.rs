@@ -13,8 +13,8 @@ use crate::command::report::{REPORT, page_of};
 use crate::command::sweep::Part;
 use crate::exit::Exit;
 use crate::pipeline::{
-    ImportedViews, Pipeline, StudyViews, Teller, VariantModels, finished_model, imported_views, study_views,
-    test_views, variant_models, variant_scores,
+    ImportedViews, Pipeline, StudyViews, Teller, VariantModels, beside_or_supplied, finished_model,
+    imported_views, study_views, test_views, variant_models, variant_scores,
 };
 use crate::progress::Progress;
 use crate::result::folder::ResultFolder;
@@ -85,7 +85,7 @@ fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
             .map(|folder| imported_views(&beside.join(folder)))
             .transpose()?,
     };
-    let finished = finished(&pipeline, &study, &imported, &args.study, &seeds)?;
+    let finished = finished(&pipeline, &study, &imported, (&args.study, &args.making.cache), &seeds)?;
     let other = study
         .scored_scene
         .as_ref()
@@ -160,7 +160,7 @@ fn finished<'s>(
     pipeline: &Pipeline,
     study: &'s StudyFile,
     imported: &ImportedViews,
-    path: &Path,
+    (path, cache): (&Path, &Path),
     seeds: &[Seed],
 ) -> Result<BTreeMap<&'s str, VariantModels>, BenchError> {
     let (there, known, is_sighted) = imported.numbers(pipeline);
@@ -173,7 +173,7 @@ fn finished<'s>(
         variant.fits(there, known).map_err(located)?;
         variant.allowed_under(study.scored).map_err(located)?;
         if let Some(folder) = &variant.folder {
-            let folder = path.with_file_name(folder);
+            let folder = beside_or_supplied(path, folder, cache)?;
             is_there(&folder)?;
             finished.insert(variant.name.as_str(), finished_model(pipeline, &folder, seeds)?);
         } else if spec.objective == Objective::ViewpointPredictive && !is_sighted {

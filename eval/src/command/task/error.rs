@@ -34,13 +34,11 @@ pub enum TaskError {
         /// How many characters differ.
         found: usize,
     },
-    /// The scene's episodes were recorded, or no robot drives in it.
-    #[error("{}: {what}; choose a scene whose episodes are simulated", scene.display())]
-    Unsuitable {
+    /// No robot drives in the scene.
+    #[error("{}: no robot drives in it; choose a scene with a path", scene.display())]
+    Undriven {
         /// The scene.
         scene: PathBuf,
-        /// Why not.
-        what: &'static str,
     },
     /// A file that cannot be read.
     #[error("{}: {source}", path.display())]

@@ -43,9 +43,9 @@ pub fn task(args: &TaskArgs, stdout: &mut impl Write) -> Result<Exit, BenchError
     let (out, kept) = (OutputFolder::probe(&args.out)?, OutputFolder::probe(&args.truth)?);
     apart(out.path(), kept.path())?;
     let file: SceneFile = scene_file::read(&args.scene)?;
-    if file.evaluation.episodes.is_some() || file.robot.path.stations() {
-        let what = "no robot drives in it, or its episodes were recorded";
-        return Err(TaskError::Unsuitable { scene: args.scene.clone(), what }.into());
+    file.check_simulated(&args.scene)?;
+    if file.robot.path.stations() {
+        return Err(TaskError::Undriven { scene: args.scene.clone() }.into());
     }
     let progress = Progress::detect();
     let (_out_lock, _kept_lock) = (out.lock(&progress)?, kept.lock(&progress)?);

@@ -40,6 +40,7 @@ struct Trial {
 /// Opens a scene whose robot drives.
 fn open(args: &ValidationArgs) -> Result<Pipeline, BenchError> {
     let pipeline = Pipeline::open(&args.scene, &args.making.cache, args.making.renderer.into())?;
+    pipeline.file.check_simulated(&args.scene)?;
     match pipeline.drives() {
         true => Ok(pipeline),
         false => Err(ValidationError::Undriven { scene: args.scene.clone() }.into()),

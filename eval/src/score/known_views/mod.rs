@@ -95,13 +95,14 @@ struct Query {
 }
 
 /// All queries of objects with `known` known views or more, by a model. `free_yaw` says that the model has a frame of its own; its
-/// likelihoods count by `scale`.
+/// likelihoods count by `scale`; `done` is told of each object.
 pub fn known_view_trials(
     set: &ViewSet,
     known: usize,
     model: &dyn ObservationModel,
     free_yaw: bool,
     scale: f64,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Vec<KnownViewTrial>, AnswerError> {
     let trial = |Query { instance, azimuth, nearest, told }| {
         let InstanceRecord { family, symmetry, .. } = &set.instances[instance];
@@ -116,7 +117,7 @@ pub fn known_view_trials(
             nearest,
         }
     };
-    Ok(queries(set, known, model, free_yaw)?.into_iter().map(trial).collect())
+    Ok(queries(set, known, model, free_yaw, done)?.into_iter().map(trial).collect())
 }
 
 /// By what likelihoods should count for the true azimuths of these objects to be most probable: the best of a
@@ -130,7 +131,7 @@ pub fn information_scale(
     let mut first = set.clone();
     first.instances.truncate(CALIBRATING);
     first.views.retain(|view| view.instance < CALIBRATING);
-    let queries = queries(&first, known, model, free_yaw)?;
+    let queries = queries(&first, known, model, free_yaw, &|| ())?;
     let told = |scale: f64| -> f64 {
         let of_query = |query: &Query| {
             let symmetry = first.instances[query.instance].symmetry;
@@ -150,6 +151,7 @@ fn queries(
     known: usize,
     model: &dyn ObservationModel,
     free_yaw: bool,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Query>, AnswerError> {
     let of_instance = |instance: usize| -> Result<Vec<Query>, AnswerError> {
         let (seen, asked) = known_and_asked(set, instance, known);
@@ -170,8 +172,10 @@ fn queries(
         };
         asked.into_iter().take(QUERIES).map(of_view).collect()
     };
-    let all: Result<Vec<Vec<Query>>, AnswerError> =
-        (0..set.instances.len()).into_par_iter().map(of_instance).collect();
+    let all: Result<Vec<Vec<Query>>, AnswerError> = (0..set.instances.len())
+        .into_par_iter()
+        .map(|instance| of_instance(instance).inspect(|_| done()))
+        .collect();
     Ok(all?.into_iter().flatten().collect())
 }
 

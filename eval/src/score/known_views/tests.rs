@@ -78,13 +78,13 @@ fn set() -> ViewSet {
 fn azimuths_are_found_from_known_views_and_more_known_views_tell_more() {
     let set = set();
     let median = |known: usize| {
-        let trials = known_view_trials(&set, known, GaussianProcess::fitted(), false, 1.0).unwrap();
+        let trials = known_view_trials(&set, known, GaussianProcess::fitted(), false, 1.0, &|| ()).unwrap();
         assert_eq!(trials.len(), 24);
         known_view_scores(&trials)[&Metric::ViewpointMedian].to_degrees()
     };
     let (one, many) = (median(1), median(20));
     assert!(many < 15.0 && many < 0.5 * one, "{many} of 20 known views, {one} of one");
-    assert!(known_view_trials(&set, 21, GaussianProcess::fitted(), false, 1.0).unwrap().is_empty());
+    assert!(known_view_trials(&set, 21, GaussianProcess::fitted(), false, 1.0, &|| ()).unwrap().is_empty());
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn a_frame_of_its_own_makes_no_difference_to_a_model_without_one() {
     set.instances.truncate(1);
     set.views.retain(|view| view.instance == 0);
     let found = |free: bool| -> Vec<f64> {
-        let trials = known_view_trials(&set, 8, GaussianProcess::fitted(), free, 1.0).unwrap();
+        let trials = known_view_trials(&set, 8, GaussianProcess::fitted(), free, 1.0, &|| ()).unwrap();
         trials.iter().map(|trial| trial.viewpoint.error().unwrap()).collect()
     };
     for (fixed, free) in found(false).into_iter().zip(found(true)) {
@@ -118,7 +118,7 @@ fn a_model_that_is_too_sure_counts_for_less() {
 fn a_crop_that_cannot_be_measured_costs_its_view_alone() {
     let mut set = set();
     set.views.iter_mut().take(2).for_each(|view| view.crop = Crop::black());
-    let trials = known_view_trials(&set, 8, GaussianProcess::fitted(), false, 1.0).unwrap();
+    let trials = known_view_trials(&set, 8, GaussianProcess::fitted(), false, 1.0, &|| ()).unwrap();
     let unanswered = trials.iter().filter(|trial| trial.viewpoint.found.is_none()).count();
     assert_eq!((trials.len(), unanswered), (24, 1));
 }

@@ -15,6 +15,8 @@ use vantage_dataset::{BoundingBox, Pose};
 pub(super) const CAMERA: &str = "scene_camera.json";
 const INFO: &str = "scene_gt_info.json";
 const LARGEST_FILE: u64 = 1 << 28;
+/// Pixels; no lens has a longer focal length.
+const LONGEST_FOCAL: f64 = 1e6;
 /// Metres, beyond which a pose is taken for one in another unit.
 const FARTHEST: f64 = 1e4;
 
@@ -106,11 +108,17 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
             leave_out(report, INFO, "not one entry for each object");
             continue;
         }
-        let world_from_camera = camera
-            .rotation
-            .zip(camera.translation)
-            .and_then(|(rotation, translation)| pose(&rotation, &translation))
-            .map(|camera_from_world| camera_from_world.inverse());
+        let given = camera.rotation.zip(camera.translation);
+        let camera_from_world = given.and_then(|(rotation, translation)| pose(&rotation, &translation));
+        let is_whole = camera.rotation.is_some() == camera.translation.is_some();
+        if !is_whole || given.is_some() != camera_from_world.is_some() {
+            leave_out(
+                report,
+                CAMERA,
+                "cam_R_w2c and cam_t_w2c are no rigid pose in millimetres: all cameras follow from objects",
+            );
+        }
+        let world_from_camera = camera_from_world.map(|camera_from_world| camera_from_world.inverse());
         let mut frame = Frame { image, intrinsics, world_from_camera, objects: Vec::new() };
         let mut seen = BTreeMap::<u32, usize>::new();
         for (index, entry) in poses.iter().enumerate() {
@@ -133,8 +141,13 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
         frames.push(frame);
     }
     if frames.is_empty() {
-        let file = scene.join(GT);
-        return Err(ImportError::invalid(&file, "images", "none", "an image with its camera", FETCH_AGAIN));
+        let why = report.skipped.iter().find(|skipped| skipped.file.starts_with(scene));
+        let (file, got) = match why {
+            Some(skipped) => (skipped.file.clone(), format!("none; {}", skipped.reason)),
+            None => (scene.join(GT), "none".to_owned()),
+        };
+        let expected = "an image with its camera and objects";
+        return Err(ImportError::invalid(&file, "images", got, expected, "mend the annotations"));
     }
     Ok(frames)
 }
@@ -151,7 +164,8 @@ fn read_json<T: DeserializeOwned>(scene: &Path, name: &str) -> Result<BTreeMap<u
 fn intrinsics(k: &[f64; 9]) -> Option<[f64; 4]> {
     let [fx, skew, cx, a, fy, cy, b, c, one] = *k;
     let is_pinhole = [skew, a, b, c].iter().all(|zero| zero.abs() < 1e-9) && (one - 1.0).abs() < 1e-9;
-    let is_sound = [fx, fy, cx, cy].iter().all(|value| value.is_finite()) && fx > 0.0 && fy > 0.0;
+    let is_focal = |length: f64| length > 0.0 && length < LONGEST_FOCAL;
+    let is_sound = is_focal(fx) && is_focal(fy) && cx.is_finite() && cy.is_finite();
     (is_pinhole && is_sound).then_some([fx, fy, cx + 0.5, cy + 0.5])
 }
 

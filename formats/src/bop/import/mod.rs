@@ -69,6 +69,7 @@ impl BopScenes {
         let frames = read_frames(scene, report)?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut read = Vec::new();
+        let mut faint = 0;
         for (number, arrangement) in arrangements(&frames).into_iter().enumerate() {
             let name = format!("{name}_{number:02}");
             if arrangement.frames.len() < LEAST_IMAGES {
@@ -85,8 +86,12 @@ impl BopScenes {
                 report.skip(scene, format!("arrangement {number}: object {key} moved and is no track of it"));
             }
             let upright = upright(scene, &frames, &arrangement)?;
-            let mut sights = Sights { scene, models: &self.models, limits, silhouettes, report };
+            let mut sights = Sights { scene, models: &self.models, limits, silhouettes, report, faint };
             read.extend(self.episode(&name, &arrangement, &upright, &mut sights));
+            faint = sights.faint;
+        }
+        if faint > 0 {
+            report.skip(scene, format!("{faint} detections, of which too little is visible"));
         }
         Ok(read)
     }
@@ -122,6 +127,10 @@ impl BopScenes {
             sights
                 .report
                 .skip(sights.scene, format!("{name}: fewer than {LEAST_IMAGES} images that can be read"));
+            return None;
+        }
+        if seen.detections.is_empty() {
+            sights.report.skip(sights.scene, format!("{name}: no object is seen well enough"));
             return None;
         }
         let observations = Observations {

@@ -26,6 +26,8 @@ pub(super) struct Sights<'a> {
     pub(super) limits: &'a DetectionLimits,
     pub(super) silhouettes: &'a mut dyn Silhouettes,
     pub(super) report: &'a mut ImportReport,
+    /// Detections below the limits, so far.
+    pub(super) faint: usize,
 }
 
 /// Detections by step: the frames that could be read, and what each shows.
@@ -91,7 +93,7 @@ impl Sights<'_> {
 
     /// Its step and track are yet to be told.
     fn detection(
-        &self,
+        &mut self,
         frame: &Frame,
         key: Key,
         image: &RgbImage,
@@ -103,6 +105,7 @@ impl Sights<'_> {
         let width = image.width() as usize;
         let mask = Mask::of(&visible.ids, width, id)?;
         if fraction < self.limits.min_visible_fraction || mask.pixels < self.limits.min_mask_pixels {
+            self.faint += 1;
             return None;
         }
         let labelled = Labelled { width, rgb: image.as_raw(), ids: &visible.ids };

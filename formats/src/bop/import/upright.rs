@@ -41,7 +41,7 @@ pub(super) fn upright(
     let Some(up) = of_models else {
         let image = arrangement.frames.first().or(frames.first()).map_or(0, |frame| frame.image);
         let field = format!("cam_R_m2c, from image {image}");
-        let got = "models whose z axes point all ways, and no cam_R_w2c in scene_camera.json";
+        let got = "models whose z axes point all ways, and no cam_R_w2c of every image";
         let remedy = "give the cameras' poses in a world whose z axis is up";
         return Err(ImportError::invalid(&scene.join(GT), field, got, "most models with z up", remedy));
     };
