@@ -117,15 +117,21 @@ fn photographs_are_read_by_the_names_of_their_files() {
     fs::create_dir(at("photos")).unwrap();
     for (name, value) in [("cup__0.png", 200), ("cup__90.png", 150), ("pen__10.png", 90), ("pen__20.png", 0)]
     {
-        image::RgbImage::from_pixel(9, 9, image::Rgb([value; 3])).save(at("photos").join(name)).unwrap();
+        let is_object = |place: u32| (2..7).contains(&place);
+        let pixel = |x, y| image::Rgb([if is_object(x) && is_object(y) { value } else { 0 }; 3]);
+        image::RgbImage::from_fn(9, 9, pixel).save(at("photos").join(name)).unwrap();
     }
+    image::RgbImage::from_pixel(9, 9, image::Rgb([200; 3])).save(at("photos/pen_40.png")).unwrap();
+    fs::copy(at("photos/pen_40.png"), at("photos/pen__50.png")).unwrap();
     let import = |out: &str, more: &[&str]| {
         let mut command = bench();
         command.args(["import", "folder"]).arg(at("photos")).arg("--out").arg(at(out)).args(more);
         Finished::of(&mut command)
     };
-    import("views", &["--split", "test", "--elevation-deg", "-20", "--clockwise"])
-        .expect(0, &["pen__20.png: no pixel is the object's"]);
+    import("views", &["--split", "test", "--elevation-deg", "-20", "--clockwise"]).expect(
+        0,
+        &["pen__20.png: no pixel is the object's", "pen_40.png: is not named", "pen__50.png, background"],
+    );
     let set = read_views(&at("views")).unwrap();
     assert_eq!((set.split, set.instances.len(), set.views.len()), (Split::Test, 2, 3));
     let turned = &set.views[1].viewpoint;
@@ -138,7 +144,7 @@ fn photographs_are_read_by_the_names_of_their_files() {
     fs::create_dir(at("empty")).unwrap();
     let mut command = bench();
     command.args(["import", "folder"]).arg(at("empty")).arg("--out").arg(at("nothing"));
-    Finished::of(&mut command).expect(4, &[]);
+    Finished::of(&mut command).expect(4, &["looked for photographs named"]);
 }
 
 #[test]
