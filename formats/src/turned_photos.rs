@@ -113,9 +113,13 @@ fn photos(root: &Path, report: &mut ImportReport) -> Result<BTreeMap<String, Vec
         let mut masks: BTreeMap<String, &PathBuf> = BTreeMap::new();
         let mut others = Vec::new();
         for path in &files {
-            let stem = stem(path).to_lowercase();
-            match stem.strip_suffix(MASK) {
-                Some(of) if ending(path) == "png" => drop(masks.insert(of.to_owned(), path)),
+            let stem = stem(path);
+            // By bytes, as letters may change their length with their case.
+            let cut = stem.len().checked_sub(MASK.len()).filter(|&cut| stem.is_char_boundary(cut));
+            match cut.map(|cut| stem.split_at(cut)) {
+                Some((of, end)) if end.eq_ignore_ascii_case(MASK) && ending(path) == "png" => {
+                    masks.insert(of.to_owned(), path);
+                }
                 _ => others.push(path),
             }
         }
@@ -126,7 +130,7 @@ fn photos(root: &Path, report: &mut ImportReport) -> Result<BTreeMap<String, Vec
                 }
                 continue;
             };
-            let mask = masks.remove(&stem(path).to_lowercase()).cloned();
+            let mask = masks.remove(&stem(path)).cloned();
             let turned = degrees.rem_euclid(360.0);
             let (azimuth, own) = (turned.to_radians(), found.entry(name.clone()).or_default());
             if own.iter().any(|other| other.session == session && other.azimuth == azimuth) {

@@ -99,8 +99,14 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     };
     assert_eq!(pictures("imported"), [true, false, false], "no image of others is shown");
     assert_eq!(pictures("simulated"), [false, true, true]);
-    let trained = "training_views: train\nvalidation_views: validation\nscored: known\nseeds: 1\n";
+    let trained =
+        "training_views: train\nvalidation_views: validation\nscored: known\nseeds: 1\nknown_views: [2]\n";
     scene.study("known", &format!("{trained}variants:\n  - {{ name: own, note: same }}\n")).expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/studies/known/tables.md")).unwrap();
+    let known = tables.split("known_views_2, ").nth(1).unwrap();
+    assert!(known.contains("| own ") && known.contains("| gaussian_process "), "{known}");
+    let few = "variants:\n  - { name: own, note: same, composites: 0 }\n";
+    scene.study("few", &format!("{trained}{few}")).expect(2, &["scored as known"]);
     let variants = "variants:\n  - { name: own, note: same, model: { objective: viewpoint_predictive } }\n";
     scene.study("blind", &format!("{trained}{variants}")).expect(2, &["import views that have it"]);
     study("test", "scored_scene: scene.yaml\n").expect(2, &["scored_scene", "beside `views`"]);
@@ -363,5 +369,10 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
     };
     recorded("5", "episodes").expect(2, &["no folder", "episodes/4"]);
     recorded("2", "nowhere").expect(2, &["evaluation.episodes"]);
-    recorded("4", "episodes").expect(0, &[]);
+    recorded("4", "episodes").expect(0, &["note: The episodes were recorded."]);
+    for command in ["look", "headroom", "calibrate"] {
+        Finished::of(&mut scene.on(&[command], "recorded.yaml")).expect(2, &["this command simulates"]);
+    }
+    let mut dataset = scene.on(&["dataset"], "recorded.yaml");
+    Finished::of(dataset.arg("--out").arg(scene.path("simulated"))).expect(2, &["this command simulates"]);
 }

@@ -23,8 +23,8 @@ pub struct StudyViews {
     validation: ViewSet,
     seals: [String; 2],
     scored: Vec<ScoredViews>,
-    /// Of known instances, whose azimuths are asked: [`recalled`].
-    asked: Option<ScoredViews>,
+    /// Of known instances, whose azimuths are asked, and of validation instances in the same way: [`recalled`].
+    recalled: Option<[ScoredViews; 2]>,
     /// Whether the study scores instances that its trainings have seen.
     of_seen: bool,
 }
@@ -74,7 +74,7 @@ pub fn study_views(
             validation,
             seals: Default::default(),
             scored: tested()?,
-            asked: None,
+            recalled: None,
             of_seen: false,
         });
     }
@@ -86,7 +86,7 @@ pub fn study_views(
     };
     let (mut training, first) = of(imported.training, Split::Train)?;
     let (validation, second) = of(imported.validation, Split::Validation)?;
-    let mut asked = None;
+    let mut both = None;
     let scored = match study.scored {
         Scored::Test => tested()?,
         Scored::Validation => vec![ScoredViews { seed, set: validation.clone(), seal: second.clone() }],
@@ -97,12 +97,16 @@ pub fn study_views(
                 return Err(StageError::NothingHeldOut { instance });
             }
             let seal = format!("held out of {known} instances of {first}");
-            let of_both = || ScoredViews {
-                seed,
-                set: recalled(&training, &set),
-                seal: format!("{seal}, beside those that were trained on"),
-            };
-            asked = (!study.known_views.is_empty()).then(of_both);
+            both = (!study.known_views.is_empty()).then(|| {
+                let mut kept = validation.clone();
+                let held = held_out(&mut kept, validation.instances.len());
+                let of = |set, seal: &str| ScoredViews {
+                    seed,
+                    set,
+                    seal: format!("{seal}, beside those that are not held out"),
+                };
+                [of(recalled(&training, &set), &seal), of(recalled(&kept, &held), &second)]
+            });
             vec![ScoredViews { seed, set, seal }]
         }
     };
@@ -111,7 +115,7 @@ pub fn study_views(
         validation,
         seals: [first, second],
         scored,
-        asked,
+        recalled: both,
         of_seen: study.scored != Scored::Test,
     })
 }
@@ -146,20 +150,28 @@ impl StudyViews {
     }
 
     /// The queries of a teller of azimuths, of objects with so many known views; of instances that were trained on these are views of the
-    /// training. Its process is fitted on the validation views.
+    /// training. Its process is fitted on validation views, asked in the same way.
     pub fn known_views(
         &self,
         pipeline: &Pipeline,
         known: usize,
         teller: Teller<'_>,
     ) -> Result<Option<Vec<KnownViewTrial>>, StageError> {
-        let asked = self.asked.as_ref().map_or(self.scored.as_slice(), slice::from_ref);
-        known_views(pipeline, (&self.validation, &self.seals[1]), asked, known, teller)
+        match &self.recalled {
+            Some([asked, validation]) => known_views(
+                pipeline,
+                (&validation.set, &validation.seal),
+                slice::from_ref(asked),
+                known,
+                teller,
+            ),
+            None => known_views(pipeline, (&self.validation, &self.seals[1]), &self.scored, known, teller),
+        }
     }
 
     /// The first set of views whose azimuths are asked.
     pub fn first_asked(&self) -> Option<&ViewSet> {
-        self.asked.as_ref().or(self.scored.first()).map(|asked| &asked.set)
+        self.recalled.as_ref().map(|[asked, _]| asked).or(self.scored.first()).map(|asked| &asked.set)
     }
 
     /// The first set of views that models are scored on.
@@ -268,15 +280,18 @@ fn held_out(set: &mut ViewSet, instances: usize) -> ViewSet {
     }
 }
 
-/// The views of known instances as azimuths are asked of them: those that were trained on as session 0, those held out as session 1, in random
-/// order.
+/// The views of known instances as azimuths are asked of them: those that were trained on as session 0, those held out as session 1, each
+/// instance's in random order.
 fn recalled(training: &ViewSet, held: &ViewSet) -> ViewSet {
     let known = training.views.iter().filter(|view| view.instance < held.instances.len());
     let known = known.map(|view| View { session: 0, ..view.clone() });
     let asked = held.views.iter().map(|view| View { session: 1, ..view.clone() });
-    let mut views: Vec<View> = known.chain(asked).collect();
-    Seed(0).stream("recalled views", 0).shuffle(&mut views);
-    ViewSet { split: held.split, instances: held.instances.clone(), views }
+    let mut of_instance: Vec<Vec<View>> = vec![Vec::new(); held.instances.len()];
+    known.chain(asked).for_each(|view| of_instance[view.instance].push(view));
+    for (instance, views) in of_instance.iter_mut().enumerate() {
+        Seed(0).stream("recalled views", instance as u64).shuffle(views);
+    }
+    ViewSet { split: held.split, instances: held.instances.clone(), views: of_instance.concat() }
 }
 
 /// The instances that a variant is trained on, with their views.

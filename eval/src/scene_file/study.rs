@@ -175,6 +175,10 @@ impl Variant {
             _ if self.folder.is_some() && self.is_trained() => {
                 "folder names a trained model: leave out instances, families, composites and model".to_owned()
             }
+            _ if known > 0 && (self.families.is_some() || self.composites.is_some()) => {
+                "families and composites leave out instances that are scored as known: leave them out"
+                    .to_owned()
+            }
             _ if instances > there => {
                 format!("instances is {instances}, but there are {there} training instances")
             }

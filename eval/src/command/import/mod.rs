@@ -15,6 +15,7 @@ use crate::progress::Progress;
 use crate::result::output_folder::OutputFolder;
 use error::ImportRefusal;
 use like::Like;
+use std::collections::BTreeMap;
 use std::io::Write;
 use vantage_dataset::store::{Provenance, write_episode, write_views};
 use vantage_dataset::{Episode, ObjectTruth, Seed, Split, ViewSet};
@@ -56,7 +57,7 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
         ImportLayout::Bigbird => return Err(crate::left_out::LeftOut::Formats.into()),
         ImportLayout::Avd => avd(args, like.as_ref())?,
         ImportLayout::Bop => bop::bop(args, like.as_ref(), &progress)?,
-        ImportLayout::Folder => folder(args)?,
+        ImportLayout::Folder => folder(args, &progress)?,
     };
     tell(&report, &progress);
     let is_none = matches!(&data, Imported::Episodes(episodes) if episodes.is_empty());
@@ -95,21 +96,28 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
 
 /// Says what was left out, each line once.
 fn tell(report: &ImportReport, progress: &Progress) {
-    let mut lines: Vec<(String, usize)> = Vec::new();
-    for line in report.skipped.iter().map(ToString::to_string) {
-        match lines.iter_mut().find(|(told, _)| *told == line) {
-            Some((_, times)) => *times += 1,
-            None => lines.push((line, 1)),
-        }
+    let most = if progress.is_verbose() { usize::MAX } else { TOLD };
+    for line in lines(report, most) {
+        progress.note(&format!("left out: {line}"));
     }
-    let shown = if progress.is_verbose() { lines.len() } else { TOLD.min(lines.len()) };
-    for (line, times) in &lines[..shown] {
-        let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
-        progress.note(&format!("left out: {line}{times}"));
+}
+
+/// What was left out in the order of reading, equal lines as one; at most so many, and how many there are more.
+fn lines(report: &ImportReport, most: usize) -> Vec<String> {
+    let mut times: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    for (place, line) in report.skipped.iter().map(ToString::to_string).enumerate() {
+        times.entry(line).or_insert((place, 0)).1 += 1;
     }
-    if shown < lines.len() {
-        progress.note(&format!("left out: {} more; --verbose tells all", lines.len() - shown));
-    }
+    let mut in_order: Vec<(usize, String)> = times
+        .into_iter()
+        .map(|(line, (place, times))| {
+            (place, if times > 1 { format!("{line} ({times} times)") } else { line })
+        })
+        .collect();
+    in_order.sort();
+    let more = in_order.len().saturating_sub(most);
+    let shown = in_order.into_iter().take(most).map(|(_, line)| line);
+    shown.chain((more > 0).then(|| format!("{more} more; --verbose tells all"))).collect()
 }
 
 /// What a layout's data consist of.
@@ -148,7 +156,7 @@ fn avd(args: &ImportArgs, like: Option<&Like>) -> Result<(Imported, ImportReport
     Ok((Imported::Views(set), report))
 }
 
-fn folder(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
+fn folder(args: &ImportArgs, progress: &Progress) -> Result<(Imported, ImportReport), BenchError> {
     let turntable = Turntable {
         elevation: args.elevation_deg.to_radians(),
         distance: args.distance,
@@ -156,7 +164,8 @@ fn folder(args: &ImportArgs) -> Result<(Imported, ImportReport), BenchError> {
     };
     let takes = |name: &str| args.objects.is_empty() || args.objects.iter().any(|object| object == name);
     let (set, report) = read_turned_photos(&args.source, split(args), &turntable, &takes)?;
-    all_are_there(args, |name| set.instances.iter().any(|instance| instance.family == name))?;
+    all_are_there(args, |name| set.instances.iter().any(|instance| instance.family == name))
+        .inspect_err(|_| tell(&report, progress))?;
     Ok((Imported::Views(set), report))
 }
 
@@ -172,5 +181,19 @@ fn all_are_there(args: &ImportArgs, known: impl Fn(&str) -> bool) -> Result<(), 
             Err(ImportRefusal::NoObject { name, folder }.into())
         }
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vantage_formats::Skipped;
+
+    #[test]
+    fn equal_lines_are_told_once_and_in_the_order_of_reading() {
+        let skipped = |reason: &str| Skipped { file: "b".into(), reason: reason.to_owned() };
+        let report = ImportReport { views: 0, skipped: ["two", "one", "two", "three"].map(skipped).to_vec() };
+        assert_eq!(lines(&report, 3), ["b: two (2 times)", "b: one", "b: three"]);
+        assert_eq!(lines(&report, 1), ["b: two (2 times)", "2 more; --verbose tells all"]);
     }
 }

@@ -9,14 +9,15 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 use vantage_dataset::{BoundingBox, Pose};
 
 pub(super) const CAMERA: &str = "scene_camera.json";
 const INFO: &str = "scene_gt_info.json";
 const LARGEST_FILE: u64 = 1 << 28;
-/// Pixels; no lens has a longer focal length.
-const LONGEST_FOCAL: f64 = 1e6;
+/// Focal lengths that a lens may have, pixels.
+const FOCAL: Range<f64> = 1.0..1e6;
 /// Metres, beyond which a pose is taken for one in another unit.
 const FARTHEST: f64 = 1e4;
 
@@ -90,7 +91,7 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
         Err(error) if error.is_absence() => None,
         other => Some(other?),
     };
-    let mut frames = Vec::new();
+    let (mut frames, mut is_given) = (Vec::new(), false);
     for (image, poses) in poses {
         let leave_out = |report: &mut ImportReport, file, why: &str| {
             report.skip(scene.join(file), format!("image {image}: {why}"))
@@ -100,7 +101,11 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
             continue;
         };
         let Some(intrinsics) = intrinsics(&camera.k) else {
-            leave_out(report, CAMERA, "cam_K is no pinhole camera without skew");
+            leave_out(
+                report,
+                CAMERA,
+                "cam_K is no pinhole camera without skew, its focal length from 1 to 10^6 pixels",
+            );
             continue;
         };
         let info = infos.as_ref().map(|infos| infos.get(&image).map_or(&[][..], Vec::as_slice));
@@ -108,16 +113,11 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
             leave_out(report, INFO, "not one entry for each object");
             continue;
         }
-        let given = camera.rotation.zip(camera.translation);
-        let camera_from_world = given.and_then(|(rotation, translation)| pose(&rotation, &translation));
-        let is_whole = camera.rotation.is_some() == camera.translation.is_some();
-        if !is_whole || given.is_some() != camera_from_world.is_some() {
-            leave_out(
-                report,
-                CAMERA,
-                "cam_R_w2c and cam_t_w2c are no rigid pose in millimetres: all cameras follow from objects",
-            );
-        }
+        let camera_from_world = camera
+            .rotation
+            .zip(camera.translation)
+            .and_then(|(rotation, translation)| pose(&rotation, &translation));
+        is_given |= camera.rotation.is_some() || camera.translation.is_some();
         let world_from_camera = camera_from_world.map(|camera_from_world| camera_from_world.inverse());
         let mut frame = Frame { image, intrinsics, world_from_camera, objects: Vec::new() };
         let mut seen = BTreeMap::<u32, usize>::new();
@@ -139,6 +139,18 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
             });
         }
         frames.push(frame);
+    }
+    let without: Vec<u32> = frames
+        .iter()
+        .filter(|frame: &&Frame| frame.world_from_camera.is_none())
+        .map(|frame| frame.image)
+        .collect();
+    if let (true, Some(first)) = (is_given, without.first()) {
+        let (those, all) = (without.len(), frames.len());
+        let what = format!(
+            "{those} of {all} images, image {first} the first, have no rigid cam_R_w2c and cam_t_w2c"
+        );
+        report.skip(scene.join(CAMERA), format!("{what}: all cameras follow from objects"));
     }
     if frames.is_empty() {
         let why = report.skipped.iter().find(|skipped| skipped.file.starts_with(scene));
@@ -164,8 +176,7 @@ fn read_json<T: DeserializeOwned>(scene: &Path, name: &str) -> Result<BTreeMap<u
 fn intrinsics(k: &[f64; 9]) -> Option<[f64; 4]> {
     let [fx, skew, cx, a, fy, cy, b, c, one] = *k;
     let is_pinhole = [skew, a, b, c].iter().all(|zero| zero.abs() < 1e-9) && (one - 1.0).abs() < 1e-9;
-    let is_focal = |length: f64| length > 0.0 && length < LONGEST_FOCAL;
-    let is_sound = is_focal(fx) && is_focal(fy) && cx.is_finite() && cy.is_finite();
+    let is_sound = FOCAL.contains(&fx) && FOCAL.contains(&fy) && cx.is_finite() && cy.is_finite();
     (is_pinhole && is_sound).then_some([fx, fy, cx + 0.5, cy + 0.5])
 }
 
