@@ -373,6 +373,11 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
     for command in ["look", "headroom", "calibrate"] {
         Finished::of(&mut scene.on(&[command], "recorded.yaml")).expect(2, &["this command simulates"]);
     }
+    let map = "version: 1\nname: simulated\npurpose: p\nscene: recorded.yaml\nacross: { field: world.objects, over: [1, 2] }\n\
+               estimates: [{ rows: [geometric] }]\npanels: [{ name: a, title: a }]\n";
+    fs::write(scene.path("map.yaml"), map).unwrap();
+    let mut map = scene.on(&["map"], "map.yaml");
+    Finished::of(map.arg("--out").arg(scene.path("out"))).expect(2, &["vary the estimator alone"]);
     let mut dataset = scene.on(&["dataset"], "recorded.yaml");
     Finished::of(dataset.arg("--out").arg(scene.path("simulated"))).expect(2, &["this command simulates"]);
 }

@@ -224,6 +224,21 @@ fn where_no_image_is_left_the_error_says_what_was_wrong_with_the_first() {
 }
 
 #[test]
+fn translations_in_metres_are_refused() {
+    let (folder, _) = written();
+    change(folder.path(), "scene_gt.json", |gt| {
+        for object in gt.as_object_mut().unwrap().values_mut().flat_map(|image| image.as_array_mut().unwrap())
+        {
+            for number in object["cam_t_m2c"].as_array_mut().unwrap() {
+                *number = json!(number.as_f64().unwrap() / 1000.0);
+            }
+        }
+    });
+    let error = try_read(folder.path(), &mut Never).unwrap_err().to_string();
+    assert!(error.contains("cam_t_m2c") && error.contains("expected millimetres"), "{error}");
+}
+
+#[test]
 fn an_image_whose_principal_point_lies_outside_of_it_is_left_out() {
     let (folder, scene) = written();
     change(folder.path(), "scene_camera.json", |cameras| {

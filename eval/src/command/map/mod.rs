@@ -85,10 +85,23 @@ impl Source {
 
     /// All cells, in their sequences.
     fn sequences(&self, seeds: &[Seed]) -> Result<Vec<Vec<Planned>>, VaryError> {
-        match what_is_wrong(&self.map, seeds) {
-            Some(reason) => Err(VaryError { path: self.path.clone(), what: self.map.name.clone(), reason }),
-            None => sequences(&self.map, &self.path, &self.scene),
+        let refused =
+            |reason: String| VaryError { path: self.path.clone(), what: self.map.name.clone(), reason };
+        if let Some(reason) = what_is_wrong(&self.map, seeds) {
+            return Err(refused(reason));
         }
+        let sequences = sequences(&self.map, &self.path, &self.scene)?;
+        let SceneFile { world, robot, sensors, .. } = &self.scene;
+        let mut passes = sequences.iter().flatten().flat_map(|cell| &cell.passes);
+        let is_simulated = |Pass { scene, .. }: &Pass| {
+            (&scene.world, &scene.robot, &scene.sensors) != (world, robot, sensors)
+        };
+        if self.scene.evaluation.episodes.is_some() && passes.any(is_simulated) {
+            let reason = "the scene's episodes were recorded, so that world, robot and sensors change nothing: \
+                          vary the estimator alone";
+            return Err(refused(reason.to_owned()));
+        }
+        Ok(sequences)
     }
 
     fn of_varied(args: &RunArgs, scene: SceneFile, path: &Path) -> Result<Self, BenchError> {

@@ -11,10 +11,11 @@ mod upright;
 use crate::avd::{odometry, robot_from_camera};
 use crate::import::{ImportError, ImportReport};
 use arrangement::{Arrangement, arrangements};
-use files::read_frames;
+use files::{Frame, read_frames};
 pub use masks::Silhouettes;
 pub use mesh::{MeshGeometry, ReadModel};
 use nalgebra::{Translation3, UnitQuaternion};
+use places::GT;
 pub use places::{BopScenes, scene_folders};
 use seen::Sights;
 use std::path::Path;
@@ -58,7 +59,8 @@ impl BopScenes {
     ///
     /// # Errors
     ///
-    /// Annotations that are missing, are no JSON or contradict the layout, and an "up" that nothing tells.
+    /// Annotations that are missing, are no JSON or contradict the layout, translations in another unit than sizes, and an "up" that nothing
+    /// tells.
     pub fn read(
         &self,
         scene: &Path,
@@ -67,6 +69,7 @@ impl BopScenes {
         report: &mut ImportReport,
     ) -> Result<Vec<BopArrangement>, ImportError> {
         let frames = read_frames(scene, report)?;
+        self.check_unit(scene, &frames)?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut read = Vec::new();
         let mut faint = 0;
@@ -94,6 +97,22 @@ impl BopScenes {
             report.skip(scene, format!("{faint} detections, of which too little is visible"));
         }
         Ok(read)
+    }
+
+    /// Refuses poses that put most objects within half their size of the camera: their translations are not in millimetres.
+    fn check_unit(&self, scene: &Path, frames: &[Frame]) -> Result<(), ImportError> {
+        let (mut all, mut near) = (0, 0);
+        for object in frames.iter().flat_map(|frame| &frame.objects) {
+            let Some(model) = self.models.get(&object.key.object) else { continue };
+            all += 1;
+            near += usize::from(object.camera_from_model.translation.vector.norm() < model.size / 2.0);
+        }
+        if 2 * near <= all {
+            return Ok(());
+        }
+        let got = format!("{near} of {all} objects nearer to the camera than half their size");
+        let remedy = "give translations and sizes in the same unit, as BOP does";
+        Err(ImportError::invalid(&scene.join(GT), "cam_t_m2c", got, "millimetres", remedy))
     }
 
     fn episode(
