@@ -6,12 +6,11 @@ use crate::import::{ImportError, ImportReport};
 use crate::picture::write_jpeg;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use vantage_dataset::store::write_episode;
 
 const ALL: DetectionLimits = DetectionLimits { min_visible_fraction: 0.0, min_mask_pixels: 1 };
 
 /// Fills the outlines of meshes, the nearest first, as [`capture`] does.
-struct Outlines;
+pub(super) struct Outlines;
 
 impl Silhouettes for Outlines {
     fn ids(&mut self, camera: &Camera, meshes: &[(&MeshGeometry, Pose)]) -> Result<Vec<u32>, String> {
@@ -43,7 +42,7 @@ impl Silhouettes for Never {
 }
 
 /// One scene of five images, as files.
-fn written() -> (tempfile::TempDir, Rectangles) {
+pub(super) fn written() -> (tempfile::TempDir, Rectangles) {
     let folder = tempfile::tempdir().unwrap();
     let scene = scenes().swap_remove(0);
     write_scenes(folder.path(), BopLayout::Scenes, std::slice::from_ref(&scene));
@@ -54,7 +53,7 @@ fn read(folder: &Path, draws: &mut dyn Silhouettes) -> (Vec<BopArrangement>, Imp
     try_read(folder, draws).unwrap()
 }
 
-fn try_read(
+pub(super) fn try_read(
     folder: &Path,
     draws: &mut dyn Silhouettes,
 ) -> Result<(Vec<BopArrangement>, ImportReport), ImportError> {
@@ -370,64 +369,6 @@ fn hostile_meshes_are_models_without_a_surface() {
         assert_eq!(arrangements[0].episode.truth.objects.len(), 3, "its size is in models_info.json");
         let told = report.skipped.iter().any(|skipped| skipped.file.ends_with("obj_000002.ply"));
         assert!(told, "{text:?}: {report:?}");
-    }
-}
-
-/// A copy with a byte changed, or its end cut off, or, where it is text, a number replaced by one that nobody measures.
-fn damage(bytes: &[u8], stream: &mut Stream) -> Vec<u8> {
-    const NUMBERS: [&str; 8] =
-        ["0", "-1", "1e308", "1e-308", "4294967296", "18446744073709551615", "null", "[]"];
-    let mut damaged = bytes.to_vec();
-    let at = stream.below(bytes.len());
-    match stream.below(3) {
-        0 => damaged[at] = stream.below(256) as u8,
-        1 => damaged.truncate(at),
-        _ => {
-            let is_number = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'-' | b'.');
-            let Some(start) = (at..bytes.len()).find(|&i| is_number(&bytes[i])) else { return damaged };
-            let length = bytes[start..].iter().take_while(|byte| is_number(byte)).count();
-            let other = NUMBERS[stream.below(NUMBERS.len())];
-            damaged.splice(start..start + length, other.bytes());
-        }
-    }
-    damaged
-}
-
-#[test]
-fn of_damaged_files_what_is_read_can_be_stored_or_is_an_error() {
-    const COPIES: u64 = 150;
-    let (folder, _) = written();
-    let stored = tempfile::tempdir().unwrap();
-    for file in [
-        "models/models_info.json",
-        "models/obj_000002.ply",
-        "train/000000/scene_camera.json",
-        "train/000000/scene_gt.json",
-        "train/000000/scene_gt_info.json",
-        "train/000000/rgb/000000.png",
-        "train/000000/mask_visib/000000_000000.png",
-    ] {
-        let path = folder.path().join(file);
-        let whole = fs::read(&path).unwrap();
-        let (mut arranged, mut told) = (0, 0);
-        for copy in 0..COPIES {
-            fs::write(&path, damage(&whole, &mut Seed(copy).stream(file, 0))).unwrap();
-            let Ok((arrangements, report)) = try_read(folder.path(), &mut Outlines) else {
-                told += 1;
-                continue;
-            };
-            told += usize::from(!report.skipped.is_empty());
-            arranged += arrangements.len();
-            for (number, BopArrangement { episode, .. }) in arrangements.iter().enumerate() {
-                let place =
-                    stored.path().join(format!("{}_{copy}_{number}", path.file_name().unwrap().display()));
-                write_episode(&place, episode, Provenance::new())
-                    .unwrap_or_else(|error| panic!("{file}, {copy}: {error}"));
-                fs::remove_dir_all(&place).unwrap();
-            }
-        }
-        fs::write(&path, whole).unwrap();
-        assert!(arranged > 5 && told > 20, "{file}: {arranged} arrangements read, {told} copies told of");
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is written can be read by hand, and does not depend on threads, interruptions or damage in between.
 
 mod bop;
+mod bop_damage;
 mod bop_import;
 mod crops;
 mod faults;
