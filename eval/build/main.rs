@@ -21,6 +21,8 @@ const STAGES: [(&str, &[&str]); 6] = [
             "eval/src/pipeline/views.rs",
             "eval/src/pipeline/training.rs",
             "eval/src/pipeline/study.rs",
+            "eval/src/pipeline/held_out.rs",
+            "eval/src/pipeline/variant_views.rs",
         ],
     ),
     (

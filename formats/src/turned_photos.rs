@@ -13,8 +13,8 @@ use vantage_dataset::views::InstanceRecord;
 use vantage_dataset::window::{Labelled, Window, cut};
 use vantage_dataset::{Crop, InstanceId, Mask, Split, Symmetry, View, ViewSet, Viewpoint};
 
-/// A pixel without a mask is the object's where a channel is above this.
-const BLACK: u8 = 24;
+/// A pixel without a mask is the object's where a channel is above the darkest corner by more.
+const BRIGHTER: u8 = 24;
 /// A darkest corner that is brighter is no dark background.
 const DARK: u8 = 64;
 const MASK: &str = "_mask";
@@ -189,9 +189,10 @@ fn crop(path: &Path, mask: Option<&Path>) -> Result<Option<Crop>, ImportError> {
     let Some(silhouette) = Mask::of(&ids, image.width() as usize, 1) else { return Ok(None) };
     let labelled = Labelled { width: image.width() as usize, rgb: image.as_raw(), ids: &ids };
     let window = Window::around(&silhouette.bounding_box);
-    Ok(Some(cut(&labelled, &window, mask.map(|_| 1))))
+    Ok(Some(cut(&labelled, &window, Some(1))))
 }
 
+/// 1 where a channel is brighter than the darkest corner, as a photographed background is dark, not black.
 fn of_brightness(file: &Path, image: &RgbImage) -> Result<Vec<u32>, ImportError> {
     let brightness = |pixel: &[u8]| pixel.iter().copied().max().unwrap_or(0);
     let (right, bottom) = (image.width().saturating_sub(1), image.height().saturating_sub(1));
@@ -202,7 +203,7 @@ fn of_brightness(file: &Path, image: &RgbImage) -> Result<Vec<u32>, ImportError>
         let remedy = "put a mask beside the photograph, or make it black around the object";
         return Err(ImportError::invalid(file, "background", darkest, expected, remedy));
     }
-    let is_object = |pixel: &[u8]| u32::from(brightness(pixel) > BLACK);
+    let is_object = |pixel: &[u8]| u32::from(brightness(pixel).saturating_sub(darkest) > BRIGHTER);
     Ok(image.as_raw().chunks_exact(3).map(is_object).collect())
 }
 
@@ -292,6 +293,17 @@ mod tests {
         RgbImage::from_pixel(24, 24, Rgb([140; 3])).save(folder.path().join("cup__0.png")).unwrap();
         let (set, report) = read(folder.path()).unwrap();
         assert!(set.views.is_empty() && report.skipped[0].reason.contains("put a mask beside"), "{report:?}");
+    }
+
+    #[test]
+    fn without_a_mask_the_background_becomes_black() {
+        let folder = tempfile::tempdir().unwrap();
+        let pixel = |x: u32, y: u32| if x < 8 && (4..20).contains(&y) { Rgb([90; 3]) } else { Rgb([40; 3]) };
+        RgbImage::from_fn(24, 24, pixel).save(folder.path().join("cup__0.png")).unwrap();
+        let crop = read(folder.path()).unwrap().0.views.remove(0).crop;
+        let of = |value: u8| crop.0.iter().filter(|&&channel| channel == value).count();
+        assert!(of(0) > 100 && of(90) > 100, "{} and {}", of(0), of(90));
+        assert_eq!(of(40), 0);
     }
 
     #[test]

@@ -15,6 +15,8 @@ mod error;
 mod estimates;
 mod found;
 #[cfg(feature = "train")]
+mod held_out;
+#[cfg(feature = "train")]
 mod known_views;
 mod model;
 mod model_error;
@@ -30,6 +32,8 @@ mod taken_for;
 mod training;
 mod true_views;
 mod unseen;
+#[cfg(feature = "train")]
+mod variant_views;
 mod views;
 
 use crate::code;

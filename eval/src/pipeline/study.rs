@@ -1,21 +1,21 @@
 //! Stages of a study: variants trained on the same views, each under several seeds, and scored on the same instances.
 
+use super::held_out::{held_out, recalled};
 use super::known_views::{Teller, known_views};
 use super::model::{any_model, check_unseen};
 use super::training::{Fit, fit, shown_views};
+use super::variant_views::of_variant;
 use super::{Pipeline, ScoredViews, StageError, code, test_views, unseen};
 use crate::scene_file;
 use crate::scene_file::study::{Scored, StudyFile, Variant};
 use crate::score::known_views::KnownViewTrial;
 use crate::score::unseen::{Subject, Unseen};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::slice;
 use std::sync::Arc;
 use vantage_dataset::store::Key;
-use vantage_dataset::{Seed, Split, View, ViewSet};
+use vantage_dataset::{Seed, Split, ViewSet};
 use vantage_learn::{MANIFEST, Model, TrainError, TrainingDevice, TrainingSpec};
-use vantage_sim::scene::Family;
 
 /// The views that a study trains on, and what identifies them.
 pub struct StudyViews {
@@ -262,150 +262,4 @@ pub fn variant_scores(
     let subject = model.viewing().map_or(Subject::Embedding(model), Subject::Viewing);
     views.scored.iter().try_for_each(|scored| views.check_unseen(trained, &scored.set))?;
     unseen(pipeline, &views.scored, subject, model.hash())
-}
-
-/// Moves every fourth view of each session of the first instances out of a set.
-fn held_out(set: &mut ViewSet, instances: usize) -> ViewSet {
-    let mut seen: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-    let (held, kept) = set.views.drain(..).partition(|view| {
-        let count = seen.entry((view.instance, view.session)).or_default();
-        *count += 1;
-        view.instance < instances && count.is_multiple_of(4)
-    });
-    set.views = kept;
-    ViewSet {
-        split: set.split,
-        instances: set.instances.iter().take(instances).cloned().collect(),
-        views: held,
-    }
-}
-
-/// The views of known instances as azimuths are asked of them: those that were trained on as session 0, those held out as session 1, each
-/// instance's in random order.
-fn recalled(training: &ViewSet, held: &ViewSet) -> ViewSet {
-    let known = training.views.iter().filter(|view| view.instance < held.instances.len());
-    let known = known.map(|view| View { session: 0, ..view.clone() });
-    let asked = held.views.iter().map(|view| View { session: 1, ..view.clone() });
-    let mut of_instance: Vec<Vec<View>> = vec![Vec::new(); held.instances.len()];
-    known.chain(asked).for_each(|view| of_instance[view.instance].push(view));
-    for (instance, views) in of_instance.iter_mut().enumerate() {
-        Seed(0).stream("recalled views", instance as u64).shuffle(views);
-    }
-    ViewSet { split: held.split, instances: held.instances.clone(), views: of_instance.concat() }
-}
-
-/// The instances that a variant is trained on, with their views.
-fn of_variant(set: &ViewSet, variant: &Variant, families: &[Family]) -> ViewSet {
-    let composite = Family::Composite.name();
-    let first: Vec<&str> =
-        families.iter().map(|family| family.name()).filter(|&name| name != composite).collect();
-    let first = &first[..variant.families.unwrap_or(first.len()).min(first.len())];
-    let mut composites = 0;
-    let mut is_chosen = |family: &str| {
-        if family == composite {
-            composites += 1;
-            return variant.composites.is_none_or(|most| composites <= most);
-        }
-        variant.families.is_none() || first.contains(&family)
-    };
-    let mut moved = vec![None; set.instances.len()];
-    let mut instances = Vec::new();
-    for (instance, moved) in set.instances.iter().zip(&mut moved) {
-        let full = variant.instances.is_some_and(|most| instances.len() >= most);
-        if !full && is_chosen(&instance.family) {
-            *moved = Some(instances.len());
-            instances.push(instance.clone());
-        }
-    }
-    let views =
-        set.views.iter().filter_map(|view| Some(View { instance: moved[view.instance]?, ..view.clone() }));
-    ViewSet { split: set.split, instances, views: views.collect() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::Vector3;
-    use vantage_dataset::views::InstanceRecord;
-    use vantage_dataset::{Crop, InstanceId, Pose, Symmetry, Viewpoint};
-
-    #[test]
-    fn a_variant_is_trained_on_the_families_and_composites_that_it_names() {
-        let families = [Family::Mug, Family::Composite, Family::Book];
-        let names = ["mug", "composite", "book", "composite", "mug", "composite"];
-        let instance = |(id, family): (usize, &&str)| InstanceRecord {
-            id: InstanceId(id as u64),
-            family: (*family).to_owned(),
-            symmetry: Symmetry::None,
-        };
-        let camera = Pose::new(Vector3::new(1.0, 0.0, 0.5), Vector3::y() * -1.8);
-        let viewpoint = Viewpoint::new(&camera, 0.2).unwrap();
-        let view = |instance: usize| View {
-            instance,
-            session: 0,
-            viewpoint,
-            crop: Crop::black(),
-            visible_fraction: instance as f64,
-            box_center_error: [0.0; 2],
-            sighting: None,
-        };
-        let set = ViewSet {
-            split: Split::Train,
-            instances: names.iter().enumerate().map(instance).collect(),
-            views: (0..6).map(view).collect(),
-        };
-        let chosen = |text: &str| -> Vec<f64> {
-            let variant: Variant =
-                serde_json::from_str(&format!("{{\"name\": \"a\", \"note\": \"b\"{text}}}")).unwrap();
-            let kept = of_variant(&set, &variant, &families);
-            let numbers = kept.views.iter().map(|view| kept.instances[view.instance].id.0 as f64);
-            let seen: Vec<f64> = kept.views.iter().map(|view| view.visible_fraction).collect();
-            assert_eq!(numbers.collect::<Vec<_>>(), seen);
-            seen
-        };
-        assert_eq!(chosen(""), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
-        assert_eq!(chosen(", \"families\": 1, \"composites\": 2"), [0.0, 1.0, 3.0, 4.0]);
-        assert_eq!(chosen(", \"families\": 0"), [1.0, 3.0, 5.0]);
-        assert_eq!(chosen(", \"composites\": 0, \"instances\": 2"), [0.0, 2.0]);
-    }
-
-    #[test]
-    fn every_fourth_view_of_each_session_of_the_first_instances_is_held_out() {
-        let camera = Pose::new(Vector3::new(1.0, 0.0, 0.5), Vector3::y() * -1.8);
-        let viewpoint = Viewpoint::new(&camera, 0.2).unwrap();
-        let view = |number: usize| View {
-            instance: number / 16,
-            session: number % 2,
-            viewpoint,
-            crop: Crop::black(),
-            visible_fraction: number as f64,
-            box_center_error: [0.0; 2],
-            sighting: None,
-        };
-        let instance =
-            |id| InstanceRecord { id: InstanceId(id), family: "mug".into(), symmetry: Symmetry::None };
-        let mut set = ViewSet {
-            split: Split::Train,
-            instances: (0..3).map(instance).collect(),
-            views: (0..48).map(view).collect(),
-        };
-        let held = held_out(&mut set, 2);
-        let numbers: Vec<f64> = held.views.iter().map(|view| view.visible_fraction).collect();
-        assert_eq!(numbers, [6.0, 7.0, 14.0, 15.0, 22.0, 23.0, 30.0, 31.0]);
-        assert_eq!((held.instances.len(), set.views.len(), set.instances.len()), (2, 40, 3));
-        assert!(set.views.iter().all(|view| !numbers.contains(&view.visible_fraction)));
-
-        let asked = recalled(&set, &held);
-        assert_eq!(asked.instances, held.instances);
-        let of_session = |session: usize| -> Vec<f64> {
-            let of_first = asked.views.iter().filter(|view| view.session == session && view.instance == 0);
-            of_first.map(|view| view.visible_fraction).collect()
-        };
-        let (known, mut queries) = (of_session(0), of_session(1));
-        assert!(known.len() == 12 && known.iter().all(|number| !numbers.contains(number)));
-        assert!(!known.is_sorted(), "the first ones are all round the object: {known:?}");
-        queries.sort_by(f64::total_cmp);
-        assert_eq!(queries, numbers[..4]);
-        assert_eq!(asked.views.len(), 32);
-    }
 }
