@@ -14,6 +14,7 @@
 //! | [`viewpoint`] | the allocentric viewpoint `x_rel` and its derivative | 10 |
 //! | [`sighting`], [`ray`] | viewpoints by odometry and boxes alone; where lines of sight meet | 16-19 |
 //! | [`instance`], [`views`], [`mod@episode_views`] | instances, their splits and symmetries; sets of views to train on | 12-14 |
+//! | [`self_similarity`] | symmetries, measured | |
 //! | [`tracklets`] | observations that do not tell which object a detection is of | |
 //! | [`sample`], [`capture`] | labelled crops and whole images, for formats of others | |
 //! | [`se3`], [`median`], [`rule`], [`seed`], [`widest`], [`jpeg`] | SE(3); medians; rules of settings; named random streams; vector instructions; whether a JPEG is whole | |
@@ -37,6 +38,7 @@ pub mod rule;
 pub mod sample;
 pub mod se3;
 pub mod seed;
+pub mod self_similarity;
 pub mod sighting;
 pub mod store;
 pub mod tracklets;
@@ -58,6 +60,7 @@ pub use mask::Mask;
 pub use sample::Sample;
 pub use se3::{Pose, Tangent};
 pub use seed::{Seed, Stream};
+pub use self_similarity::SelfSimilarity;
 pub use sighting::Sighting;
 pub use tracklets::Tracklets;
 pub use viewpoint::Viewpoint;

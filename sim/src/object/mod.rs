@@ -21,7 +21,7 @@ mod turns;
 pub use catalog::{Catalog, Draw};
 pub use fixture::Fixture;
 pub use library::{MeshEntry, MeshLibrary};
-pub use turns::Turns;
+pub use turns::self_similarity;
 
 use crate::mesh::Mesh;
 use crate::model::Model;

@@ -1,11 +1,4 @@
-//! How the look of an object changes as it turns about the vertical: its symmetry, measured.
-//!
-//! ```text
-//! D(t) = mean over a of |I(a) - I(a + t)|       I(a): image from the azimuth a, 0 to 1, black around the object
-//! contrast = mean over t of D(t)                left over at order n = max over k of D(2 pi k / n) / contrast
-//! ```
-//!
-//! The mean of an image difference is over the pixels of either silhouette.
+//! An object from all round, by which its symmetry is measured. An image difference is a mean over the pixels of either silhouette.
 
 use super::Object;
 use crate::render::{Light, Placement, RenderError, RenderScene, Renderer, Shot, Tile, TileShot};
@@ -13,78 +6,32 @@ use crate::robot::mount::looking;
 use nalgebra::{Translation3, Vector3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use vantage_dataset::{Camera, Pose, Symmetry};
+use vantage_dataset::{Camera, Pose, SelfSimilarity};
 
 /// Azimuths: orders 2 to 6, 8, 10 and 12 turn one into another.
 const AZIMUTHS: usize = 120;
-/// Orders that are looked for.
-const ORDERS: [u8; 8] = [2, 3, 4, 5, 6, 8, 10, 12];
 /// Side of an image, pixels.
 const SIDE: u32 = 64;
 /// Of the camera above the horizon, radians.
 const ELEVATION: f64 = 20.0 / 180.0 * PI;
 /// Of the camera from the object's centre, in the object's diameters.
 const DISTANCE: f64 = 4.0;
-/// An order is one of the object's if no more than this is left over.
-const ALIKE: f64 = 0.25;
-/// Of less contrast all turns look alike.
-const FAINT: f64 = 0.04;
 
-/// Differences between the looks of an object before and after turns about the vertical.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Turns {
-    /// After as many 120ths of a turn as the index says: of the greatest difference there can be.
-    differences: Vec<f64>,
-}
-
-impl Turns {
-    /// Renders the object from all round under even light.
-    pub fn of(object: &Object, renderer: &mut dyn Renderer) -> Result<Self, RenderError> {
-        let placement =
-            Placement { model: Arc::clone(&object.model), world_from_model: Pose::identity(), id: 1 };
-        let light = Light { direction: Vector3::z(), ambient: [1.0; 3], diffuse: [0.0; 3] };
-        let scene = RenderScene { placements: vec![placement], light, background: [0; 3] };
-        let shots: Vec<TileShot<'_>> = (0..AZIMUTHS).map(|i| tile(&scene, object.size, i)).collect();
-        let tiles = renderer.tiles(&shots, SIDE)?;
-        let after = |turn: usize| {
-            let pairs = (0..AZIMUTHS).map(|i| difference(&tiles[i], &tiles[(i + turn) % AZIMUTHS]));
-            pairs.sum::<f64>() / AZIMUTHS as f64
-        };
-        let half: Vec<f64> = (0..=AZIMUTHS / 2).map(after).collect();
-        // Back and forth is the same.
-        let differences = (0..AZIMUTHS).map(|turn| half[turn.min(AZIMUTHS - turn)]).collect();
-        Ok(Self { differences })
-    }
-
-    /// Mean difference over all turns, as a share of the greatest there can be.
-    pub fn contrast(&self) -> f64 {
-        self.differences.iter().sum::<f64>() / (AZIMUTHS - 1) as f64
-    }
-
-    /// Greatest difference after turns of which `order` make a full one, as a share of the contrast; 0 of what looks the same from all round.
-    pub fn left_over(&self, order: u8) -> f64 {
-        let turn = AZIMUTHS / usize::from(order);
-        let greatest = self.differences.iter().step_by(turn).fold(0.0, |a: f64, b| a.max(*b));
-        if greatest > 0.0 { greatest / self.contrast() } else { 0.0 }
-    }
-
-    /// The order of the symmetry, where it has one; else that which leaves the least over, of those that are looked for.
-    pub fn most_alike(&self) -> u8 {
-        if let Symmetry::Cyclic { order } = self.symmetry() {
-            return order;
-        }
-        let by_left_over = |a: &u8, b: &u8| self.left_over(*a).total_cmp(&self.left_over(*b));
-        ORDERS.into_iter().min_by(by_left_over).unwrap_or(ORDERS[0])
-    }
-
-    /// The greatest order that leaves little over.
-    pub fn symmetry(&self) -> Symmetry {
-        if self.contrast() < FAINT {
-            return Symmetry::Revolution;
-        }
-        let greatest = ORDERS.into_iter().rev().find(|order| self.left_over(*order) < ALIKE);
-        greatest.map_or(Symmetry::None, |order| Symmetry::Cyclic { order })
-    }
+/// Renders the object from all round under even light, and compares.
+pub fn self_similarity(object: &Object, renderer: &mut dyn Renderer) -> Result<SelfSimilarity, RenderError> {
+    let placement = Placement { model: Arc::clone(&object.model), world_from_model: Pose::identity(), id: 1 };
+    let light = Light { direction: Vector3::z(), ambient: [1.0; 3], diffuse: [0.0; 3] };
+    let scene = RenderScene { placements: vec![placement], light, background: [0; 3] };
+    let shots: Vec<TileShot<'_>> = (0..AZIMUTHS).map(|i| tile(&scene, object.size, i)).collect();
+    let tiles = renderer.tiles(&shots, SIDE)?;
+    let after = |turn: usize| {
+        let pairs = (0..AZIMUTHS).map(|i| difference(&tiles[i], &tiles[(i + turn) % AZIMUTHS]));
+        pairs.sum::<f64>() / AZIMUTHS as f64
+    };
+    let half: Vec<f64> = (0..=AZIMUTHS / 2).map(after).collect();
+    // Back and forth is the same.
+    let differences = (0..AZIMUTHS).map(|turn| Some(half[turn.min(AZIMUTHS - turn)])).collect();
+    Ok(SelfSimilarity::new(differences))
 }
 
 /// The object filling the image.
@@ -131,13 +78,13 @@ mod tests {
         for family in Family::ALL {
             for index in 0..2 {
                 let object = Object::generate(family, Split::Validation, Seed(3), index);
-                let turns = Turns::of(&object, &mut ReferenceRenderer::default()).unwrap();
+                let turns = self_similarity(&object, &mut ReferenceRenderer::default()).unwrap();
                 let alike = turns.most_alike();
                 println!(
                     "{} {index}: contrast {:.3}, order {alike} leaves {:.2}, {:?}",
                     family.name(),
                     turns.contrast(),
-                    turns.left_over(alike),
+                    turns.left_over(alike).unwrap(),
                     turns.symmetry()
                 );
                 assert_eq!(turns.symmetry(), object.symmetry, "{} {index}", family.name());

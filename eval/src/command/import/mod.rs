@@ -18,7 +18,8 @@ use like::Like;
 use std::collections::BTreeMap;
 use std::io::Write;
 use vantage_dataset::store::{Provenance, write_episode, write_views};
-use vantage_dataset::{Episode, ObjectTruth, Seed, Split, ViewSet};
+use vantage_dataset::views::InstanceRecord;
+use vantage_dataset::{Episode, ObjectTruth, Seed, Split, Symmetry, ViewSet};
 use vantage_formats::avd::read_scan;
 use vantage_formats::{ImportReport, Turntable, read_turned_photos};
 
@@ -166,6 +167,15 @@ fn folder(args: &ImportArgs, progress: &Progress) -> Result<(Imported, ImportRep
     let (set, report) = read_turned_photos(&args.source, split(args), &turntable, &takes)?;
     all_are_there(args, |name| set.instances.iter().any(|instance| instance.family == name))
         .inspect_err(|_| tell(&report, progress))?;
+    for InstanceRecord { family, symmetry, .. } in &set.instances {
+        match symmetry {
+            Symmetry::None => {}
+            Symmetry::Cyclic { order } => {
+                progress.note(&format!("{family} looks the same after each of {order} turns"));
+            }
+            Symmetry::Revolution => progress.note(&format!("{family} looks the same from all round")),
+        }
+    }
     Ok((Imported::Views(set), report))
 }
 

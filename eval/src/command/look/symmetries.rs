@@ -1,11 +1,11 @@
 //! The symmetries of a scene's meshes, measured.
 
 use crate::command::error::BenchError;
-use crate::result::grid::{Style, draw};
+use crate::result::grid::{Style, UNDEFINED, draw};
 use std::io::Write;
 use vantage_dataset::Symmetry;
 use vantage_sim::error::SimError;
-use vantage_sim::object::{MeshLibrary, Turns};
+use vantage_sim::object::{MeshLibrary, self_similarity};
 use vantage_sim::render::Renderer;
 
 const HEAD: [&str; 6] = ["Mesh", "Stated", "Measured", "Contrast", "Most alike at order", "Left over"];
@@ -25,7 +25,7 @@ pub fn print(
     let mut rows = Vec::new();
     for mesh in meshes.iter().take(MOST) {
         let object = mesh.object().map_err(SimError::from)?;
-        let turns = Turns::of(&object, renderer).map_err(SimError::from)?;
+        let turns = self_similarity(&object, renderer).map_err(SimError::from)?;
         let order = turns.most_alike();
         rows.push(vec![
             mesh.name.clone(),
@@ -33,7 +33,7 @@ pub fn print(
             name(turns.symmetry()),
             format!("{:.3}", turns.contrast()),
             order.to_string(),
-            format!("{:.2}", turns.left_over(order)),
+            turns.left_over(order).map_or_else(|| UNDEFINED.to_owned(), |left| format!("{left:.2}")),
         ]);
     }
     let head = HEAD.map(str::to_owned);
