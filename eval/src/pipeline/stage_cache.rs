@@ -7,10 +7,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use vantage_dataset::store::{Cache, Entry, Key, Origin};
+use vantage_dataset::store::{Cache, Entry, Key, Origin, read_regular};
 
 /// Work of a killed run that nobody took up is removed after this time.
 const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 24 * 3600);
+
+/// More bytes no stored answers have.
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// A cache that tells of waiting and of damage.
 pub struct StageCache {
@@ -64,7 +67,7 @@ impl StageCache {
         })?;
         let path = entry.folder.join(name);
         let invalid = |reason: String| StageError::StoredAnswers { path: path.clone(), reason };
-        let json = std::fs::read(&path).map_err(|error| invalid(error.to_string()))?;
+        let json = read_regular(&path, LARGEST_FILE).map_err(|error| invalid(error.to_string()))?;
         serde_json::from_slice(&json).map_err(|error| invalid(error.to_string()))
     }
 }

@@ -53,8 +53,8 @@ impl ImportedViews {
     }
 }
 
-/// Renders the views, where the cache has none and none were imported; those to train on only where a variant is trained. `elsewhere` are
-/// scored in place of test instances.
+/// Renders the views that are needed, where the cache has none and none were imported: those to train on where a variant is trained, those
+/// to validate on where azimuths are asked, too. `elsewhere` are scored in place of test instances.
 pub fn study_views(
     pipeline: &Pipeline,
     study: &StudyFile,
@@ -66,26 +66,16 @@ pub fn study_views(
         None => test_views(pipeline, pipeline.file.evaluation.seeds.as_slice()),
     };
     let finished = study.variants.iter().all(|variant| variant.folder.is_some());
-    if study.scored == Scored::Test && finished && study.known_views.is_empty() {
-        let none = |split| ViewSet { split, instances: Vec::new(), views: Vec::new() };
-        let (training, validation) = (none(Split::Train), none(Split::Validation));
-        return Ok(StudyViews {
-            training,
-            validation,
-            seals: Default::default(),
-            scored: tested()?,
-            recalled: None,
-            of_seen: false,
-        });
-    }
     let seed = pipeline.file.training.seed;
     let (_, known, _) = imported.numbers(pipeline);
-    let of = |imported: Option<ScoredViews>, split| match imported {
+    let of = |needed: bool, imported: Option<ScoredViews>, split| match imported {
+        _ if !needed => Ok((ViewSet { split, instances: Vec::new(), views: Vec::new() }, String::new())),
         Some(ScoredViews { set, seal, .. }) => Ok((set, seal)),
         None => shown_views(pipeline, split),
     };
-    let (mut training, first) = of(imported.training, Split::Train)?;
-    let (validation, second) = of(imported.validation, Split::Validation)?;
+    let (mut training, first) = of(!finished, imported.training, Split::Train)?;
+    let is_asked = !study.known_views.is_empty();
+    let (validation, second) = of(!finished || is_asked, imported.validation, Split::Validation)?;
     let mut both = None;
     let scored = match study.scored {
         Scored::Test => tested()?,
@@ -97,7 +87,7 @@ pub fn study_views(
                 return Err(StageError::NothingHeldOut { instance });
             }
             let seal = format!("held out of {known} instances of {first}");
-            both = (!study.known_views.is_empty()).then(|| {
+            both = is_asked.then(|| {
                 let mut kept = validation.clone();
                 let held = held_out(&mut kept, validation.instances.len());
                 let of = |set, seal: &str| ScoredViews {

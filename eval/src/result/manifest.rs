@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
+use vantage_dataset::store::read_regular;
 use vantage_sim::render::RendererInfo;
 
 /// Name of the file.
@@ -169,7 +170,7 @@ impl Commit {
             output.status.success().then(|| text.trim().to_owned())
         };
         let root = git(&["rev-parse", "--show-toplevel"])?;
-        if std::fs::read(Path::new(&root).join("Cargo.lock")).ok()? != LOCK_FILE {
+        if read_regular(&Path::new(&root).join("Cargo.lock"), LARGEST_FILE).ok()? != LOCK_FILE {
             return None;
         }
         let hash = git(&["rev-parse", "HEAD"])?;

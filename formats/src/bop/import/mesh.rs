@@ -220,3 +220,31 @@ impl PropertyAccess for Face {
         PropertyAccessResult::Set
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_and_normals_of_a_mesh_are_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("obj_000001.ply");
+        let of = |header: &str, rows: [&str; 3]| {
+            let [a, b, c] = rows;
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{header}\
+                 element face 1\nproperty list uchar int vertex_indices\nend_header\n{a}\n{b}\n{c}\n3 0 1 2\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            read_ply(&path).unwrap()
+        };
+        let bare = of("", ["0 0 0", "100 0 0", "0 100 0"]);
+        let colours = "property float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\n\
+                       property uchar blue\nproperty uchar alpha\n";
+        let rest = " 0 0 1 200 100 50 255";
+        let coloured =
+            of(colours, [&format!("0 0 0{rest}"), &format!("100 0 0{rest}"), &format!("0 100 0{rest}")]);
+        assert_eq!(bare.positions, [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]);
+        assert_eq!((coloured.positions, coloured.triangles), (bare.positions, bare.triangles));
+    }
+}
