@@ -10,6 +10,8 @@ use std::f64::consts::TAU;
 
 /// Orders that are looked for.
 const ORDERS: [u8; 8] = [2, 3, 4, 5, 6, 8, 10, 12];
+/// An object is seen from all round if images are apart by each of so many parts of a full turn.
+const ALL_ROUND: u8 = 12;
 /// An order is one of the object's if no more than this is left over.
 const ALIKE: f64 = 0.25;
 /// Of less contrast all turns look alike.
@@ -60,7 +62,7 @@ impl SelfSimilarity {
     /// round. None where no images are those turns apart.
     pub fn left_over(&self, order: u8) -> Option<f64> {
         let parts = self.differences.len();
-        if !parts.is_multiple_of(usize::from(order)) {
+        if parts == 0 || !parts.is_multiple_of(usize::from(order)) {
             return None;
         }
         let mut turns = self.differences.iter().step_by(parts / usize::from(order));
@@ -79,7 +81,8 @@ impl SelfSimilarity {
 
     /// The greatest order that leaves little over.
     pub fn symmetry(&self) -> Symmetry {
-        if self.contrast() < FAINT {
+        let is_seen_round = self.left_over(ALL_ROUND).is_some();
+        if is_seen_round && self.contrast() < FAINT {
             return Symmetry::Revolution;
         }
         let is_alike = |order: &u8| self.left_over(*order).is_some_and(|left| left < ALIKE);
@@ -140,7 +143,9 @@ mod tests {
     }
 
     #[test]
-    fn photographs_of_one_side_tell_no_order() {
+    fn photographs_of_one_side_tell_no_symmetry() {
         assert_eq!(symmetry(0..60, |azimuth| (2.0 * azimuth).cos()), Some(Symmetry::None));
+        assert_eq!(symmetry(0..60, |_| 0.3), Some(Symmetry::None));
+        assert_eq!(symmetry((0..24).map(|_| 0), |_| 0.3), Some(Symmetry::None));
     }
 }

@@ -79,6 +79,8 @@ const STAGES: [(&str, &[&str]); 6] = [
             "dataset/src",
             "model/src",
             "learn/src",
+            "eval/src/pipeline/held_out.rs",
+            "eval/src/pipeline/known_views.rs",
             "eval/src/pipeline/unseen.rs",
             "eval/src/result/distribution.rs",
             "eval/src/result/metric.rs",

@@ -210,6 +210,12 @@ fn of_brightness(file: &Path, image: &RgbImage) -> Result<Vec<u32>, ImportError>
         let remedy = "put a mask beside the photograph, or make it black around the object";
         return Err(ImportError::invalid(file, "background", darkest, expected, remedy));
     }
+    let brighter = |&(x, y): &(u32, u32)| brightness(&image.get_pixel(x, y).0) - darkest > BRIGHTER;
+    if corners.iter().filter(|corner| brighter(corner)).count() > corners.len() / 2 {
+        let expected = format!("two corners within {BRIGHTER} of 255 of the darkest, {darkest}");
+        let remedy = "put a mask beside the photograph, or make it black around the object";
+        return Err(ImportError::invalid(file, "background", "one dark corner", expected, remedy));
+    }
     let is_object = |pixel: &[u8]| u32::from(brightness(pixel).saturating_sub(darkest) > BRIGHTER);
     Ok(image.as_raw().chunks_exact(3).map(is_object).collect())
 }

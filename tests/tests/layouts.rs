@@ -73,6 +73,7 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     };
     import("test", &names[3..].join(","), "both").expect(0, &[]);
     import("test", &names[4], "test").expect(0, &[]);
+    study("test", "training_views: train\n").expect(2, &["training_views", "trains no variant"]);
     study("nowhere", "").expect(2, &["no folder", "nowhere"]);
     study("test", "scored: known\n").expect(2, &["views", "leave out"]);
     study("both", "").expect(2, &["was trained on it"]);
@@ -83,7 +84,9 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
             .unwrap()
             .contains("the views in test")
     );
-    study("test", "known_views: [2, 1000]\n").expect(0, &[]);
+    let asked = study("test", "known_views: [2, 1000]\n");
+    asked.expect(0, &["validation views"]);
+    assert!(!asked.stderr.contains("train views"), "nothing is trained: {}", asked.stderr);
     assert!(scene.path("out/studies/imported/study.json").exists());
     let tables = fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap();
     let known = tables.split("known_views_2, ").nth(1).unwrap();

@@ -53,8 +53,8 @@ impl ImportedViews {
     }
 }
 
-/// Renders the views that are needed, where the cache has none and none were imported: those to train on where a variant is trained, those
-/// to validate on where azimuths are asked, too. `elsewhere` are scored in place of test instances.
+/// Renders the views that are needed, where the cache has none and none were imported: those to train on where a variant is trained,
+/// those to validate on there and where azimuths are asked. `elsewhere` are scored in place of test instances.
 pub fn study_views(
     pipeline: &Pipeline,
     study: &StudyFile,

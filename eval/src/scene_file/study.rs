@@ -39,7 +39,7 @@ pub struct StudyFile {
     /// A view set, as `bench import` makes them, that variants are trained on in place of the scene's training views; relative to the
     /// study.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(skip)]
+    #[garde(custom(trains(&self.variants)))]
     pub training_views: Option<PathBuf>,
     /// Likewise, in place of the scene's validation views.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -131,6 +131,15 @@ fn in_place_of_test(scored: Scored) -> impl FnOnce(&Option<PathBuf>, &()) -> gar
     move |views, ()| match views {
         Some(_) if scored != Scored::Test => {
             Err(garde::Error::new("are scored in place of test instances: leave out `scored`"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn trains(variants: &[Variant]) -> impl FnOnce(&Option<PathBuf>, &()) -> garde::Result + '_ {
+    move |views, ()| match views {
+        Some(_) if variants.iter().all(|variant| variant.folder.is_some()) => {
+            Err(garde::Error::new("trains no variant, as each has a `folder`: leave it out"))
         }
         _ => Ok(()),
     }

@@ -70,8 +70,11 @@ fn an_azimuth_is_given_once_modulo_a_turn() {
 fn without_a_mask_the_background_is_dark() {
     let folder = tempfile::tempdir().unwrap();
     RgbImage::from_pixel(24, 24, Rgb([140; 3])).save(folder.path().join("cup__0.png")).unwrap();
+    let shaded = |x: u32, y: u32| Rgb([if x + y < 6 { 10 } else { 50 }; 3]);
+    RgbImage::from_fn(24, 24, shaded).save(folder.path().join("cup__10.png")).unwrap();
     let (set, report) = read(folder.path()).unwrap();
-    assert!(set.views.is_empty() && report.skipped[0].reason.contains("put a mask beside"), "{report:?}");
+    assert!(set.views.is_empty() && report.skipped.len() == 2, "{report:?}");
+    assert!(report.skipped.iter().all(|skipped| skipped.reason.contains("put a mask beside")), "{report:?}");
 }
 
 #[test]

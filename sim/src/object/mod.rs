@@ -12,16 +12,16 @@ mod hull;
 mod library;
 mod paint;
 mod prepared;
+mod self_similarity;
 mod shape;
 mod shelf;
 mod solid;
 mod tint;
-mod turns;
 
 pub use catalog::{Catalog, Draw};
 pub use fixture::Fixture;
 pub use library::{MeshEntry, MeshLibrary};
-pub use turns::self_similarity;
+pub use self_similarity::self_similarity;
 
 use crate::mesh::Mesh;
 use crate::model::Model;

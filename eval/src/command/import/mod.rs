@@ -171,7 +171,7 @@ fn folder(args: &ImportArgs, progress: &Progress) -> Result<(Imported, ImportRep
         match symmetry {
             Symmetry::None => {}
             Symmetry::Cyclic { order } => {
-                progress.note(&format!("{family} looks the same after each of {order} turns"));
+                progress.note(&format!("{family} looks the same after 1/{order} of a turn"));
             }
             Symmetry::Revolution => progress.note(&format!("{family} looks the same from all round")),
         }

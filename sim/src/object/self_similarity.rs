@@ -1,4 +1,4 @@
-//! An object from all round, by which its symmetry is measured. An image difference is a mean over the pixels of either silhouette.
+//! Renders an object from all round to measure its symmetry. An image difference is a mean over the pixels of either silhouette.
 
 use super::Object;
 use crate::render::{Light, Placement, RenderError, RenderScene, Renderer, Shot, Tile, TileShot};
