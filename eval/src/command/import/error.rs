@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum ImportRefusal {
     /// A folder to import from lacks an object that was asked for.
-    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5; of BOP, such as obj_000001)", folder.display())]
+    #[error("{} holds no object {name}: look what --objects names (of BigBIRD, a folder with a calibration.h5; of BOP, such as obj_000001; of photographs, what stands before `__`)", folder.display())]
     NoObject {
         name: String,
         /// Where it was looked for.

@@ -171,9 +171,13 @@ fn folder(args: &ImportArgs, progress: &Progress) -> Result<(Imported, ImportRep
         match symmetry {
             Symmetry::None => {}
             Symmetry::Cyclic { order } => {
-                progress.note(&format!("{family} looks the same after 1/{order} of a turn"));
+                progress.note(&format!(
+                    "{family} looks the same after 1/{order} of a turn: azimuths are scored modulo that"
+                ));
             }
-            Symmetry::Revolution => progress.note(&format!("{family} looks the same from all round")),
+            Symmetry::Revolution => {
+                progress.note(&format!("{family} looks the same from all round: its azimuths are not asked"))
+            }
         }
     }
     Ok((Imported::Views(set), report))
