@@ -188,7 +188,7 @@ fn scenes_that_serve_studies_and_maps_alone_are_scenes() {
         };
         assert_eq!(results.scene_hash, hash, "{}: run `bench SCENE --out results`", path.display());
     }
-    assert_eq!(views.len(), 18);
+    assert_eq!(views.len(), 20);
 }
 
 #[test]
