@@ -10,13 +10,13 @@ use std::f64::consts::TAU;
 
 /// Orders that are looked for.
 const ORDERS: [u8; 8] = [2, 3, 4, 5, 6, 8, 10, 12];
-/// An object is seen from all round if images are apart by each of so many parts of a full turn.
+/// An object is seen from all round if some two images are apart by each multiple of this part of a full turn.
 const ALL_ROUND: u8 = 12;
 /// An order is one of the object's if no more than this is left over.
 const ALIKE: f64 = 0.25;
 /// Of less contrast all turns look alike.
 const FAINT: f64 = 0.04;
-/// Of photographs a turn is told to so many parts: five degrees.
+/// Turns between two photographs are rounded to so many parts of a full one: five degrees each.
 const PARTS: usize = 72;
 /// Fewer photographs tell no symmetry.
 const FEWEST: usize = 24;

@@ -43,6 +43,11 @@ pub fn of_kind(kind: FileKind) -> impl Iterator<Item = Supplied> {
     files().filter(move |file| file.kind == kind && lies_there(file))
 }
 
+/// The scenes that serve studies and maps alone, which lie elsewhere.
+pub fn scenes_for_studies() -> impl Iterator<Item = Supplied> {
+    files().filter(|file| file.kind == FileKind::Scene && file.path.starts_with("studies/"))
+}
+
 /// Name and kind of each reference model.
 pub fn models() -> impl Iterator<Item = (&'static str, &'static str)> {
     FILES.iter().filter_map(|(path, bytes)| {

@@ -12,8 +12,8 @@ use vantage_dataset::sighting::DIAMETER_PER_BOX;
 use vantage_dataset::viewpoint::CONDITIONING;
 use vantage_dataset::{Pose, Sighting, Split, ViewSet, Viewpoint};
 use vantage_learn::{
-    CURVE_TABLE, ClassSpec, InstanceTerm, Kind, Model, Motion, Objective, Pairs, PredictiveSpec, Progress,
-    Stage, TrainError, TrainingSpec, TrunkTarget,
+    CURVE_TABLE, ClassSpec, Frames, InstanceTerm, Kind, Model, Motion, Objective, Pairs, PredictiveSpec,
+    Progress, Stage, TrainError, TrainingSpec, TrunkTarget,
 };
 use vantage_model::{FirstView, LatentGaussian};
 
@@ -59,6 +59,7 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
     let likelihood =
         TrainingSpec { instance_term: InstanceTerm::Likelihood, instance_weight: 1.0, ..tiny_spec() };
     let rival = |objective| TrainingSpec { objective, ..tiny_spec() };
+    let framed = |objective, frames| TrainingSpec { frames, ..rival(objective) };
     let set = toured(training_views());
     for (spec, kind, viewing, steady) in [
         (TrainingSpec { pairs_per_harmonic: 0, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
@@ -70,6 +71,10 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
         (rival(Objective::DiscreteClass), Kind::ViewpointDependent, true, 30),
         (rival(Objective::Autoencoder), Kind::Embedding, false, 30),
         (rival(Objective::Contrastive), Kind::Embedding, false, 30),
+        (framed(Objective::ViewpointDependent, Frames::Random), Kind::ViewpointDependent, true, STEADY),
+        (framed(Objective::ViewpointDependent, Frames::None), Kind::ViewpointDependent, true, STEADY),
+        (framed(Objective::DiscreteClass, Frames::Random), Kind::ViewpointDependent, true, 30),
+        (framed(Objective::DiscreteClass, Frames::None), Kind::ViewpointDependent, true, 30),
     ] {
         let folder = tempfile::tempdir().unwrap();
         trained_on(&set, &spec, folder.path()).unwrap();
@@ -192,8 +197,11 @@ fn the_predictive_model_reads_odometry_and_nothing_true() {
         view.viewpoint.log_distance += 0.3;
     }
     let spec = predictive(PredictiveSpec::default());
-    for spec in [TrainingSpec { trunk_instance_weight: 1.0, ..spec.clone() }, spec] {
+    for spec in [TrainingSpec { trunk_instance_weight: 1.0, ..spec.clone() }, spec.clone()] {
         assert!(curve(&set, &spec) == curve(&lied_to, &spec));
+    }
+    for frames in [Frames::Random, Frames::None] {
+        assert!(curve(&set, &spec) == curve(&set, &TrainingSpec { frames, ..spec.clone() }));
     }
     let told = predictive(PredictiveSpec { motion: Motion::TrueObjectCentred, ..PredictiveSpec::default() });
     assert!(curve(&set, &told) != curve(&lied_to, &told));

@@ -74,7 +74,8 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     import("test", &names[3..].join(","), "both").expect(0, &[]);
     import("test", &names[4], "test").expect(0, &[]);
     study("test", "training_views: train\n").expect(2, &["training_views", "trains no variant"]);
-    study("nowhere", "").expect(2, &["no folder", "nowhere"]);
+    study("nowhere", "").expect(2, &["no folder", "nowhere, which views names"]);
+    study("test", "validation_views: gone\n").expect(2, &["gone, which validation_views names"]);
     study("test", "scored: known\n").expect(2, &["views", "leave out"]);
     study("both", "").expect(2, &["was trained on it"]);
     study("test", "").expect(0, &[]);
@@ -85,7 +86,8 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
             .contains("the views in test")
     );
     let asked = study("test", "known_views: [2, 1000]\n");
-    asked.expect(0, &["validation views"]);
+    asked.expect(0, &["validation views", "known_views 1000: no object"]);
+    assert!(!asked.stderr.contains("known_views 2: no object"), "{}", asked.stderr);
     assert!(!asked.stderr.contains("train views"), "nothing is trained: {}", asked.stderr);
     assert!(scene.path("out/studies/imported/study.json").exists());
     let tables = fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap();
@@ -346,6 +348,20 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
     import("views", &[&like[..], &["--views", "--split", "test"]].concat()).expect(0, &[]);
     let set = read_views(&scene.path("views")).unwrap();
     assert!(set.views.iter().all(|view| view.sighting.is_some()));
+    let masked = read_episode(&scene.path("episodes/1")).unwrap();
+    for split in fs::read_dir(scene.path("d/bop/test")).unwrap() {
+        for masks in ["mask", "mask_visib"] {
+            fs::remove_dir_all(split.as_ref().unwrap().path().join(masks)).unwrap();
+        }
+    }
+    import("drawn", &like).expect(0, &[]);
+    let drawn = read_episode(&scene.path("drawn/0")).unwrap();
+    let of = |episode: &vantage_dataset::Episode| episode.observations.detections.clone();
+    assert!(of(&drawn).len() > 20 && of(&drawn).len() == of(&masked).len());
+    for (a, b) in of(&drawn).iter().zip(&of(&masked)) {
+        assert_eq!((a.step, a.track, a.bounding_box), (b.step, b.track, b.bounding_box));
+        assert!(a.mask_pixels.abs_diff(b.mask_pixels) <= 2 + b.mask_pixels / 50, "{a:?} {b:?}");
+    }
     import("none", &["--objects", "obj_000001"]).expect(2, &["--objects is for a view set"]);
     import("none", &["--views", "--objects", "obj_000099"]).expect(2, &["no object obj_000099"]);
 

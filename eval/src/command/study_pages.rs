@@ -26,7 +26,7 @@ pub fn study_pages(
 }
 
 /// Of the most known views: a line for each number of families of which there are models with several numbers of composites, and that
-/// differ in nothing else.
+/// differ in nothing else. Settings of models that lines differ in are part of their names.
 fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let known = study.known_views.iter().max()?;
     let table = results.table(&format!("known_views_{known}"))?;
@@ -44,6 +44,8 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let composites: BTreeSet<usize> =
         by_families.values().flatten().map(|(composites, _)| *composites).collect();
     let composites: Vec<usize> = composites.into_iter().collect();
+    let models: Vec<_> = by_families.values().flatten().map(|(_, variant)| &variant.model).collect();
+    let differ = |key: &str| models.windows(2).any(|two| two[0].get(key) != two[1].get(key));
     let mut lines = Vec::new();
     // Those of most families first.
     for ((families, _), variants) in by_families.iter().rev() {
@@ -60,6 +62,12 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
             ALL => "all families and composites".to_owned(),
             families => format!("{families} families and composites"),
         };
+        let own = variants.iter().take(1).flat_map(|(_, variant)| &variant.model);
+        let own = own.filter(|(key, _)| differ(key)).map(|(key, value)| match value.as_str() {
+            Some(word) => format!(", {key} {word}"),
+            None => format!(", {key} {value}"),
+        });
+        let name = name + &own.collect::<String>();
         let process = format!("{name}, with a process");
         for (name, is_process, points) in
             [(name, false, of(&|name| name.to_owned())), (process, true, of(&|name| with_process(name)))]
@@ -91,6 +99,7 @@ mod tests {
     const STUDY: &str = "version: 1\nname: small\npurpose: p\nscene: s\nseeds: 1\nknown_views: [1, 8]\nvariants:\n\
         - { name: f2, note: n, families: 2, composites: 0 }\n\
         - { name: f2_c9, note: n, families: 2, composites: 9 }\n\
+        - { name: f2_none, note: n, families: 2, composites: 0, model: { frames: none } }\n\
         - { name: f2_c9_none, note: n, families: 2, composites: 9, model: { frames: none } }\n\
         - { name: f1, note: n, families: 1, composites: 0 }\n\
         - { name: c9, note: n, families: 0, composites: 9 }\n\
@@ -111,6 +120,7 @@ mod tests {
         let rows = [
             ("f2", 60.0),
             ("f2_c9", 50.0),
+            ("f2_none", 65.0),
             ("f2_c9_none", 20.0),
             ("f2_c9+process", 40.0),
             ("f1", 70.0),
@@ -133,6 +143,7 @@ mod tests {
             [
                 ("2 families and composites", false, vec![(0, 60.0), (2, 50.0)]),
                 ("2 families and composites, with a process", true, vec![(2, 40.0)]),
+                ("2 families and composites, frames none", false, vec![(0, 65.0), (2, 20.0)]),
                 ("composites alone", false, vec![(1, 55.0), (2, 45.0)]),
             ]
         );

@@ -52,8 +52,10 @@ pub enum StageError {
     #[error(transparent)]
     Train(#[from] vantage_learn::TrainError),
     /// A view set that is to be scored is not there.
-    #[error("there is no folder {}", folder.display())]
+    #[error("there is no folder {}, which {setting} names", folder.display())]
     NoViews {
+        /// What names it.
+        setting: &'static str,
         /// The folder.
         folder: PathBuf,
     },

@@ -3,7 +3,7 @@
 
 use super::object_process::residual_process;
 use super::{ModelRefusal, Pipeline, ScoredViews, StageError, code};
-use crate::score::known_views::{KnownViewTrial, information_scale, known_view_trials};
+use crate::score::known_views::{CALIBRATING, KnownViewTrial, information_scale, known_view_trials};
 use vantage_dataset::store::Key;
 use vantage_dataset::{Crop, ViewSet};
 use vantage_learn::gaussian_process::{GaussianProcess, Hyperparameters};
@@ -49,7 +49,11 @@ pub fn known_views(
         let (kind, hash) = teller.identity();
         let key = Key::new("known_views_scale", &(code::SCORED, seal, known, kind, hash))?;
         let scale: f64 = cache.json(&key, SCALE, || {
-            Ok(information_scale(validation, known, model, free_yaw).map_err(refused)?)
+            let name = format!("scale of {known} known views");
+            let objects = validation.instances.len().min(CALIBRATING) as u64;
+            let stage = pipeline.progress.stage(&name, objects);
+            Ok(information_scale(validation, known, model, free_yaw, &|| stage.advance(1))
+                .map_err(refused)?)
         })?;
         let objects = sets.iter().map(|scored| scored.set.instances.len() as u64).sum();
         let mut stage = None;

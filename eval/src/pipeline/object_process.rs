@@ -2,7 +2,7 @@
 //! which a row finds on its own drives how far it is off.
 
 use super::{ModelRefusal, Pipeline, StageError, code, views};
-use crate::score::known_views::residuals;
+use crate::score::known_views::{FITTED_TO, residuals};
 use vantage_dataset::store::Key;
 use vantage_dataset::{Split, ViewSet};
 use vantage_learn::residual_process::{ResidualHyperparameters, ResidualProcess};
@@ -41,7 +41,10 @@ pub fn residual_process(
     let free_yaw = model.manifest().kind == Kind::ViewpointDependent;
     let key = Key::new("residual_process", &(code::SCORED, seal, model.hash()))?;
     pipeline.cache.json(&key, FILE, || {
-        let objects = residuals(set, viewing, free_yaw).map_err(ModelRefusal::Answer)?;
+        let stage =
+            pipeline.progress.stage("residuals of objects", set.instances.len().min(FITTED_TO) as u64);
+        let objects =
+            residuals(set, viewing, free_yaw, &|| stage.advance(1)).map_err(ModelRefusal::Answer)?;
         Ok(ResidualHyperparameters::fit(&objects, viewing.noise().degrees_of_freedom()))
     })
 }

@@ -42,7 +42,7 @@ fn file(given: &Path, kind: FileKind, cache: &Path, bare: bool) -> Result<PathBu
     let name = given.to_str().filter(|_| is_name(given));
     match fs::metadata(given) {
         Ok(there) if !there.is_dir() => return of_kind(given, FileKind::of_file(given), kind),
-        Ok(_) if name.is_none_or(|name| named(name).is_none()) => {
+        Ok(_) if name.is_none_or(|name| named(name, kind).is_none()) => {
             let files = files_in(given, Some(kind)).collect();
             return Err(SourceError::Folder { folder: given.to_owned(), kind, files }.into());
         }
@@ -51,7 +51,7 @@ fn file(given: &Path, kind: FileKind, cache: &Path, bare: bool) -> Result<PathBu
     let Some(name) = name else {
         return Err(SourceError::NoFile { path: given.to_owned(), meant: near_path(given, kind) }.into());
     };
-    if let Some(found) = named(name) {
+    if let Some(found) = named(name, kind) {
         of_kind(given, Some(found.kind), kind)?;
         return Ok(supplied::lay_out(cache)?.join(found.path));
     }
@@ -78,9 +78,13 @@ fn is_name(given: &Path) -> bool {
     given.extension().is_none() && given.components().count() == 1 && !given.to_string_lossy().ends_with('/')
 }
 
-fn named(name: &str) -> Option<supplied::Supplied> {
+/// What has that name: of the kind that is looked for, else of another.
+fn named(name: &str, kind: FileKind) -> Option<supplied::Supplied> {
     let of = |kind| supplied::of_kind(kind).find(|file| file.name() == name);
-    of(FileKind::Scene).or_else(|| of(FileKind::Study)).or_else(|| of(FileKind::Map))
+    let for_studies = || supplied::scenes_for_studies().find(|file| file.name() == name);
+    of(kind)
+        .or_else(|| for_studies().filter(|_| kind == FileKind::Scene))
+        .or_else(|| [FileKind::Scene, FileKind::Study, FileKind::Map].into_iter().find_map(of))
 }
 
 /// What has a name of a kind: what comes with the program and, by their paths, files where they usually lie.
@@ -109,7 +113,8 @@ fn commands() -> Vec<String> {
 /// What to say where the first word is a misspelt command, which clap takes for a scene, and blames what follows it.
 fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
     let word = first.filter(|word| !word.is_empty() && !word.starts_with('-'))?;
-    let nothing = is_name(Path::new(word)) && !Path::new(word).exists() && named(word).is_none();
+    let nothing =
+        is_name(Path::new(word)) && !Path::new(word).exists() && named(word, FileKind::Scene).is_none();
     if !nothing || commands().iter().any(|command| command == word) {
         return None;
     }
@@ -225,7 +230,19 @@ mod tests {
             wrong.contains(&format!("is a scene, expected a study: `bench {}`", scene.display())),
             "{wrong}"
         );
-        assert!(told(Path::new("sizes"), FileKind::Scene, true).contains("`bench study sizes`"));
+        for (name, command) in [("sizes", "`bench study sizes`"), ("any_loop", "`bench map any_loop`")] {
+            assert!(told(Path::new(name), FileKind::Scene, true).contains(command));
+        }
         assert_eq!(file(&scene, FileKind::Scene, Path::new("never"), true).unwrap(), scene);
+    }
+
+    #[test]
+    fn a_name_that_several_kinds_have_is_that_of_the_kind_that_is_looked_for() {
+        for (kind, path) in [(FileKind::Scene, "studies/views/any.yaml"), (FileKind::Map, "maps/any.yaml")] {
+            assert_eq!(named("any", kind).unwrap().path, path);
+        }
+        assert_eq!(named("tabletop", FileKind::Scene).unwrap().path, "scenes/tabletop.yaml");
+        assert_eq!(named("sizes", FileKind::Scene).unwrap().kind, FileKind::Study);
+        assert!(named("held_out_families", FileKind::Study).is_none());
     }
 }

@@ -33,7 +33,7 @@ use crate::score::unseen_table::OF_LATENTS;
 use scores::StudyScores;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use vantage_dataset::Seed;
 use vantage_learn::Objective;
@@ -73,19 +73,14 @@ fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
     let pipeline =
         Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
-    let imported = ImportedViews {
-        training: study
-            .training_views
-            .as_ref()
-            .map(|folder| imported_views(&beside.join(folder)))
-            .transpose()?,
-        validation: study
-            .validation_views
-            .as_ref()
-            .map(|folder| imported_views(&beside.join(folder)))
-            .transpose()?,
+    let imported = |setting, folder: &Option<PathBuf>| {
+        folder.as_ref().map(|folder| imported_views(setting, &beside.join(folder))).transpose()
     };
-    let finished = finished(&pipeline, &study, &imported, (&args.study, &args.making.cache), &seeds)?;
+    let in_place = ImportedViews {
+        training: imported("training_views", &study.training_views)?,
+        validation: imported("validation_views", &study.validation_views)?,
+    };
+    let finished = finished(&pipeline, &study, &in_place, (&args.study, &args.making.cache), &seeds)?;
     let other = study
         .scored_scene
         .as_ref()
@@ -102,12 +97,12 @@ fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
     };
 
     let started = Instant::now();
-    let elsewhere = match (&study.views, &other) {
-        (Some(folder), _) => Some(vec![imported_views(&beside.join(folder))?]),
+    let elsewhere = match (imported("views", &study.views)?, &other) {
+        (Some(views), _) => Some(vec![views]),
         (None, Some(other)) => Some(test_views(other, other.file.evaluation.seeds.as_slice())?),
         (None, None) => None,
     };
-    let views = study_views(&pipeline, &study, imported, elsewhere)?;
+    let views = study_views(&pipeline, &study, in_place, elsewhere)?;
     manifest.took("views", started.elapsed());
     manifest.dataset_hash = Some(views.hash());
     finished.values().try_for_each(|models| views.check_finished(models))?;
@@ -212,6 +207,11 @@ fn scored(
     let (mut scores, mut drawn) = (StudyScores::default(), Drawn::default());
     for &known in &study.known_views {
         let told = views.known_views(pipeline, known, Teller::Process)?.unwrap_or_default();
+        if told.is_empty() {
+            pipeline.progress.note(&format!(
+                "known_views {known}: no object that is scored has so many known views and one to ask; its table stays empty"
+            ));
+        }
         for seed in 1..=study.seeds {
             scores.told(known, GAUSSIAN_PROCESS, Seed(seed), known_view_scores(&told));
         }

@@ -10,7 +10,7 @@ mod residuals;
 
 pub use azimuth_posterior::AzimuthPosterior;
 pub use object_posterior::ObjectPosterior;
-pub use residuals::residuals;
+pub use residuals::{FITTED_TO, residuals};
 
 use super::embedding::Scores;
 use super::viewpoint::{ViewpointTrial, summarize};
@@ -28,9 +28,10 @@ const YAWS: usize = 24;
 const FOLLOWED: usize = 3;
 /// Most queries of an object.
 const QUERIES: usize = 4;
-/// What likelihoods may count by, and the objects that decide it.
+/// What likelihoods may count by.
 const SCALES: [f64; 10] = [0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0];
-const CALIBRATING: usize = 64;
+/// Most objects that decide it.
+pub const CALIBRATING: usize = 64;
 /// The share of the probability that a region promises.
 const PROMISED: f64 = 0.95;
 /// Bounds of the angle to the nearest known view, degrees.
@@ -121,17 +122,18 @@ pub fn known_view_trials(
 }
 
 /// By what likelihoods should count for the true azimuths of these objects to be most probable: the best of a
-/// grid; the first 64 objects are asked.
+/// grid; the first [`CALIBRATING`] objects are asked, and `done` is told of each.
 pub fn information_scale(
     set: &ViewSet,
     known: usize,
     model: &dyn ObservationModel,
     free_yaw: bool,
+    done: &(dyn Fn() + Sync),
 ) -> Result<f64, AnswerError> {
     let mut first = set.clone();
     first.instances.truncate(CALIBRATING);
     first.views.retain(|view| view.instance < CALIBRATING);
-    let queries = queries(&first, known, model, free_yaw, &|| ())?;
+    let queries = queries(&first, known, model, free_yaw, done)?;
     let told = |scale: f64| -> f64 {
         let of_query = |query: &Query| {
             let symmetry = first.instances[query.instance].symmetry;

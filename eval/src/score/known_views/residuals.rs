@@ -8,18 +8,19 @@ use vantage_model::{AnswerError, ObservationModel};
 
 /// Known views of each object.
 const KNOWN: usize = 8;
-/// Most objects.
-const OBJECTS: usize = 128;
+/// Most objects that a process is fitted to.
+pub const FITTED_TO: usize = 128;
 
 /// Azimuth, radians, and whitened residual of each view of an object.
 type OfObject = Vec<(f64, DVector<f64>)>;
 
 /// Azimuths and whitened residuals of the views of each object's odd sessions, by the most probable latent of its first views
-/// of even sessions.
+/// of even sessions. `done` is told of each object.
 pub fn residuals(
     set: &ViewSet,
     model: &dyn ObservationModel,
     free_yaw: bool,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Vec<OfObject>, AnswerError> {
     let of_instance = |instance: usize| {
         let (seen, others) = known_and_asked(set, instance, KNOWN);
@@ -32,5 +33,8 @@ pub fn residuals(
         }
         Ok(own)
     };
-    (0..set.instances.len().min(OBJECTS)).into_par_iter().map(of_instance).collect()
+    (0..set.instances.len().min(FITTED_TO))
+        .into_par_iter()
+        .map(|instance| of_instance(instance).inspect(|_| done()))
+        .collect()
 }

@@ -108,7 +108,7 @@ fn a_model_that_is_too_sure_counts_for_less() {
         let fitted = Hyperparameters::FITTED;
         let noise = fitted.noise.map(|deviation| share * deviation);
         let model = GaussianProcess::new(Hyperparameters { noise, ..fitted }).unwrap();
-        information_scale(&set, 8, &model, false).unwrap()
+        information_scale(&set, 8, &model, false, &|| ()).unwrap()
     };
     let (too_little, too_sure) = (sure(6.0), sure(0.1));
     assert!(too_sure < too_little, "{too_sure} for {too_little}");
