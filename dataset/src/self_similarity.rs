@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// Orders that are looked for.
 const ORDERS: [u8; 8] = [2, 3, 4, 5, 6, 8, 10, 12];
-/// An object is seen from all round if some two images are apart by each multiple of this part of a full turn.
+/// An object is seen from all round if each multiple of this part of a turn lies between two of its images.
 const ALL_ROUND: u8 = 12;
 /// An order is one of the object's if no more than this is left over.
 const ALIKE: f64 = 0.25;

@@ -1,10 +1,11 @@
 //! What comes with the program and is in it: scenes, studies, maps and reference models, so that it works without the repository.
 
 use crate::progress::Progress;
-use crate::scene_file::FileKind;
+use crate::scene_file::{self, FileKind, SceneFile};
 use std::fs;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::{Cache, Key, Origin, StoreError};
+use vantage_sim::scene::WorldSpec;
 
 include!(concat!(env!("OUT_DIR"), "/supplied.rs"));
 
@@ -43,9 +44,19 @@ pub fn of_kind(kind: FileKind) -> impl Iterator<Item = Supplied> {
     files().filter(move |file| file.kind == kind && lies_there(file))
 }
 
-/// The scenes that serve studies and maps alone, which lie elsewhere.
+/// The scenes that serve studies and maps alone, and lie elsewhere: those that read no file but their own, of names that no scene has.
 pub fn scenes_for_studies() -> impl Iterator<Item = Supplied> {
-    files().filter(|file| file.kind == FileKind::Scene && file.path.starts_with("studies/"))
+    let has_all = |file: &Supplied| {
+        let scene: Option<SceneFile> = scene_file::parse(file.text, Path::new(file.path)).ok();
+        scene.is_some_and(|scene| {
+            let WorldSpec { meshes, fixtures, .. } = &scene.world;
+            meshes.is_empty() && fixtures.is_empty() && scene.evaluation.episodes.is_none()
+        })
+    };
+    files()
+        .filter(|file| file.kind == FileKind::Scene && file.path.starts_with("studies/"))
+        .filter(|file| of_kind(FileKind::Scene).all(|scene| scene.name() != file.name()))
+        .filter(has_all)
 }
 
 /// Name and kind of each reference model.
@@ -87,7 +98,6 @@ pub fn lay_out(cache: &Path) -> Result<PathBuf, StoreError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene_file::{self, SceneFile};
     use vantage_learn::Model;
 
     fn root() -> PathBuf {
@@ -121,7 +131,7 @@ mod tests {
             assert_eq!(names.len(), written.filter(of_kind).count(), "{names:?}");
             assert!(!names.is_empty());
         }
-        for scene in of_kind(FileKind::Scene) {
+        for scene in of_kind(FileKind::Scene).chain(scenes_for_studies()) {
             let path = folder.join(scene.path);
             let file: SceneFile = scene_file::read(&path).unwrap();
             if let Some(reference) = file.training.reference {

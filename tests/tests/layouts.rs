@@ -74,8 +74,8 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     import("test", &names[3..].join(","), "both").expect(0, &[]);
     import("test", &names[4], "test").expect(0, &[]);
     study("test", "training_views: train\n").expect(2, &["training_views", "trains no variant"]);
-    study("nowhere", "").expect(2, &["no folder", "nowhere, which views names"]);
-    study("test", "validation_views: gone\n").expect(2, &["gone, which validation_views names"]);
+    study("nowhere", "").expect(2, &["no folder", "nowhere, which `views` of", "bench import"]);
+    study("test", "validation_views: gone\n").expect(2, &["gone, which `validation_views` of"]);
     study("test", "scored: known\n").expect(2, &["views", "leave out"]);
     study("both", "").expect(2, &["was trained on it"]);
     study("test", "").expect(0, &[]);
@@ -86,8 +86,8 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
             .contains("the views in test")
     );
     let asked = study("test", "known_views: [2, 1000]\n");
-    asked.expect(0, &["validation views", "known_views 1000: no object"]);
-    assert!(!asked.stderr.contains("known_views 2: no object"), "{}", asked.stderr);
+    asked.expect(0, &["validation views", "known_views 1000: no scored object"]);
+    assert!(!asked.stderr.contains("known_views 2: no scored object"), "{}", asked.stderr);
     assert!(!asked.stderr.contains("train views"), "nothing is trained: {}", asked.stderr);
     assert!(scene.path("out/studies/imported/study.json").exists());
     let tables = fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap();

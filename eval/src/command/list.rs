@@ -8,6 +8,7 @@ use crate::scene_file::{FileKind, SceneFile, parse};
 use crate::supplied;
 use std::io::Write;
 use std::path::Path;
+use vantage_dataset::Split;
 
 /// Prints each with its size and the first sentence of its purpose.
 pub fn list(stdout: &mut impl Write) -> Result<Exit, BenchError> {
@@ -20,6 +21,12 @@ pub fn list(stdout: &mut impl Write) -> Result<Exit, BenchError> {
             None => "no model yet".to_owned(),
         };
         item(stdout, file.name(), &format!("{seeds} seeds, {model}"), &scene.purpose)?;
+    }
+    writeln!(stdout, "Scenes of studies, for commands such as `bench train NAME`:\n")?;
+    for file in supplied::scenes_for_studies() {
+        let scene: SceneFile = parse(file.text, Path::new(file.path))?;
+        let instances = scene.views.instances(Split::Train);
+        item(stdout, file.name(), &format!("{instances} training instances"), &scene.purpose)?;
     }
     writeln!(
         stdout,
@@ -95,10 +102,10 @@ mod tests {
         assert_eq!(list(&mut text).unwrap(), Exit::Success);
         let text = String::from_utf8(text).unwrap();
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
-        for kind in [FileKind::Scene, FileKind::Study, FileKind::Map] {
-            for file in supplied::of_kind(kind) {
-                assert!(text.contains(&format!("\n  {:24} ", file.name())), "{} not in {text}", file.name());
-            }
+        let of_kinds =
+            [FileKind::Scene, FileKind::Study, FileKind::Map].into_iter().flat_map(supplied::of_kind);
+        for file in of_kinds.chain(supplied::scenes_for_studies()) {
+            assert!(text.contains(&format!("\n  {:24} ", file.name())), "{} not in {text}", file.name());
         }
         assert!(text.contains("  predictive               viewpoint_predictive\n"), "{text}");
         assert!(text.contains("10 seeds, model objects\n    Dense clutter: a dozen objects"), "{text}");

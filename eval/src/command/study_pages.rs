@@ -7,6 +7,7 @@ use crate::result::results_file::Results;
 use crate::result::table::Table;
 use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
 use crate::scene_file::study::{StudyFile, Variant};
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The study as it was run, beside its scores: what its figures are made by.
@@ -26,7 +27,7 @@ pub fn study_pages(
 }
 
 /// Of the most known views: a line for each number of families of which there are models with several numbers of composites, and that
-/// differ in nothing else. Settings of models that lines differ in are part of their names.
+/// differ in nothing else. Where lines differ in a setting of the model, each name has it.
 fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let known = study.known_views.iter().max()?;
     let table = results.table(&format!("known_views_{known}"))?;
@@ -45,7 +46,11 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
         by_families.values().flatten().map(|(composites, _)| *composites).collect();
     let composites: Vec<usize> = composites.into_iter().collect();
     let models: Vec<_> = by_families.values().flatten().map(|(_, variant)| &variant.model).collect();
-    let differ = |key: &str| models.windows(2).any(|two| two[0].get(key) != two[1].get(key));
+    let keys: BTreeSet<&String> = models.iter().flat_map(|model| model.keys()).collect();
+    let differ: Vec<&String> = keys
+        .into_iter()
+        .filter(|&key| models.windows(2).any(|two| two[0].get(key) != two[1].get(key)))
+        .collect();
     let mut lines = Vec::new();
     // Those of most families first.
     for ((families, _), variants) in by_families.iter().rev() {
@@ -62,11 +67,12 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
             ALL => "all families and composites".to_owned(),
             families => format!("{families} families and composites"),
         };
-        let own = variants.iter().take(1).flat_map(|(_, variant)| &variant.model);
-        let own = own.filter(|(key, _)| differ(key)).map(|(key, value)| match value.as_str() {
-            Some(word) => format!(", {key} {word}"),
-            None => format!(", {key} {value}"),
-        });
+        let own =
+            differ.iter().map(|&key| match variants.first().and_then(|(_, first)| first.model.get(key)) {
+                Some(Value::String(word)) => format!(", {key} {word}"),
+                Some(value) => format!(", {key} {value}"),
+                None => format!(", {key} of the scene"),
+            });
         let name = name + &own.collect::<String>();
         let process = format!("{name}, with a process");
         for (name, is_process, points) in
@@ -141,10 +147,10 @@ mod tests {
         assert_eq!(
             lines,
             [
-                ("2 families and composites", false, vec![(0, 60.0), (2, 50.0)]),
-                ("2 families and composites, with a process", true, vec![(2, 40.0)]),
+                ("2 families and composites, frames of the scene", false, vec![(0, 60.0), (2, 50.0)]),
+                ("2 families and composites, frames of the scene, with a process", true, vec![(2, 40.0)]),
                 ("2 families and composites, frames none", false, vec![(0, 65.0), (2, 20.0)]),
-                ("composites alone", false, vec![(1, 55.0), (2, 45.0)]),
+                ("composites alone, frames of the scene", false, vec![(1, 55.0), (2, 45.0)]),
             ]
         );
         assert_eq!(law.floor.clone().map(|(_, error)| error.round()), Some(30.0));

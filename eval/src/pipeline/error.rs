@@ -51,11 +51,11 @@ pub enum StageError {
     #[cfg(feature = "train")]
     #[error(transparent)]
     Train(#[from] vantage_learn::TrainError),
-    /// A view set that is to be scored is not there.
-    #[error("there is no folder {}, which {setting} names", folder.display())]
+    /// A stored view set is not there.
+    #[error("there is no folder {}, which {named_by} names; `bench import` writes one", folder.display())]
     NoViews {
-        /// What names it.
-        setting: &'static str,
+        /// The setting or the option.
+        named_by: String,
         /// The folder.
         folder: PathBuf,
     },

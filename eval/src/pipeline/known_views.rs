@@ -49,7 +49,7 @@ pub fn known_views(
         let (kind, hash) = teller.identity();
         let key = Key::new("known_views_scale", &(code::SCORED, seal, known, kind, hash))?;
         let scale: f64 = cache.json(&key, SCALE, || {
-            let name = format!("scale of {known} known views");
+            let name = format!("calibrating {known} known views");
             let objects = validation.instances.len().min(CALIBRATING) as u64;
             let stage = pipeline.progress.stage(&name, objects);
             Ok(information_scale(validation, known, model, free_yaw, &|| stage.advance(1))

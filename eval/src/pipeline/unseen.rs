@@ -35,10 +35,10 @@ pub fn test_views(pipeline: &Pipeline, seeds: &[Seed]) -> Result<Vec<ScoredViews
     seeds.iter().map(of_seed).collect()
 }
 
-/// A stored view set, which a setting of that name names.
-pub fn imported_views(setting: &'static str, folder: &Path) -> Result<ScoredViews, StageError> {
+/// A stored view set; `named_by` is the setting or the option that names its folder.
+pub fn imported_views(folder: &Path, named_by: &str) -> Result<ScoredViews, StageError> {
     if !folder.is_dir() {
-        return Err(StageError::NoViews { setting, folder: folder.to_owned() });
+        return Err(StageError::NoViews { named_by: named_by.to_owned(), folder: folder.to_owned() });
     }
     Ok(ScoredViews { seed: Seed(0), set: read_views(folder)?, seal: read_manifest(folder)?.seal })
 }

@@ -27,7 +27,7 @@ pub fn figures(args: &FiguresArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     let (model, folder) = any_model(&pipeline, chosen.as_deref())?;
     let seed = pipeline.file.evaluation.seeds.as_slice().first().copied().unwrap_or(Seed(0));
     let set = match &args.views {
-        Some(folder) => imported_views("--views", folder)?.set,
+        Some(folder) => imported_views(folder, "--views")?.set,
         None => views(&pipeline, Split::Test, seed, &mut |_| ())?.0,
     };
     check_unseen(model.training_instances(), &folder, set.instances.iter().map(|instance| instance.id))?;

@@ -42,7 +42,7 @@ fn file(given: &Path, kind: FileKind, cache: &Path, bare: bool) -> Result<PathBu
     let name = given.to_str().filter(|_| is_name(given));
     match fs::metadata(given) {
         Ok(there) if !there.is_dir() => return of_kind(given, FileKind::of_file(given), kind),
-        Ok(_) if name.is_none_or(|name| named(name, kind).is_none()) => {
+        Ok(_) if name.is_none_or(|name| named(name, kind, true).is_none()) => {
             let files = files_in(given, Some(kind)).collect();
             return Err(SourceError::Folder { folder: given.to_owned(), kind, files }.into());
         }
@@ -51,7 +51,7 @@ fn file(given: &Path, kind: FileKind, cache: &Path, bare: bool) -> Result<PathBu
     let Some(name) = name else {
         return Err(SourceError::NoFile { path: given.to_owned(), meant: near_path(given, kind) }.into());
     };
-    if let Some(found) = named(name, kind) {
+    if let Some(found) = named(name, kind, bare) {
         of_kind(given, Some(found.kind), kind)?;
         return Ok(supplied::lay_out(cache)?.join(found.path));
     }
@@ -59,7 +59,7 @@ fn file(given: &Path, kind: FileKind, cache: &Path, bare: bool) -> Result<PathBu
     Err(if bare {
         SourceError::NoCommand { meant: near_word(&name), word: name }
     } else {
-        SourceError::NoName { kind, meant: Meant::nearest(&name, names(kind)), name }
+        SourceError::NoName { kind, meant: Meant::nearest(&name, names(kind, false)), name }
     }
     .into())
 }
@@ -78,19 +78,23 @@ fn is_name(given: &Path) -> bool {
     given.extension().is_none() && given.components().count() == 1 && !given.to_string_lossy().ends_with('/')
 }
 
-/// What has that name: of the kind that is looked for, else of another.
-fn named(name: &str, kind: FileKind) -> Option<supplied::Supplied> {
-    let of = |kind| supplied::of_kind(kind).find(|file| file.name() == name);
-    let for_studies = || supplied::scenes_for_studies().find(|file| file.name() == name);
-    of(kind)
-        .or_else(|| for_studies().filter(|_| kind == FileKind::Scene))
-        .or_else(|| [FileKind::Scene, FileKind::Study, FileKind::Map].into_iter().find_map(of))
+/// What has that name: of the kind that is looked for, else of another. Scenes of studies have names after a command alone.
+fn named(name: &str, kind: FileKind, bare: bool) -> Option<supplied::Supplied> {
+    let of = |kind: FileKind| {
+        supplied::of_kind(kind).chain(of_studies(kind, bare)).find(|file| file.name() == name)
+    };
+    of(kind).or_else(|| [FileKind::Scene, FileKind::Study, FileKind::Map].into_iter().find_map(of))
+}
+
+fn of_studies(kind: FileKind, bare: bool) -> impl Iterator<Item = supplied::Supplied> {
+    let asked = kind == FileKind::Scene && !bare;
+    asked.then(supplied::scenes_for_studies).into_iter().flatten()
 }
 
 /// What has a name of a kind: what comes with the program and, by their paths, files where they usually lie.
-fn names(kind: FileKind) -> impl Iterator<Item = (String, String)> {
+fn names(kind: FileKind, bare: bool) -> impl Iterator<Item = (String, String)> {
     let folder = kind.folder();
-    let supplied = supplied::of_kind(kind).map(|file| file.name().to_owned());
+    let supplied = supplied::of_kind(kind).chain(of_studies(kind, bare)).map(|file| file.name().to_owned());
     let there = ["", folder].into_iter().flat_map(move |folder| files_in(Path::new(folder), None));
     let there = there.filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)));
     supplied
@@ -101,7 +105,7 @@ fn names(kind: FileKind) -> impl Iterator<Item = (String, String)> {
 /// What a misspelt word before anything else may be: a command or a scene.
 fn near_word(word: &str) -> Meant {
     let commands = commands().into_iter().map(|name| (name.clone(), format!("the command `{name}`")));
-    Meant::nearest(word, commands.chain(names(FileKind::Scene)))
+    Meant::nearest(word, commands.chain(names(FileKind::Scene, true)))
 }
 
 fn commands() -> Vec<String> {
@@ -114,7 +118,7 @@ fn commands() -> Vec<String> {
 fn unknown_word(first: Option<&str>) -> Option<clap::Error> {
     let word = first.filter(|word| !word.is_empty() && !word.starts_with('-'))?;
     let nothing =
-        is_name(Path::new(word)) && !Path::new(word).exists() && named(word, FileKind::Scene).is_none();
+        is_name(Path::new(word)) && !Path::new(word).exists() && named(word, FileKind::Scene, true).is_none();
     if !nothing || commands().iter().any(|command| command == word) {
         return None;
     }
@@ -238,11 +242,19 @@ mod tests {
 
     #[test]
     fn a_name_that_several_kinds_have_is_that_of_the_kind_that_is_looked_for() {
-        for (kind, path) in [(FileKind::Scene, "studies/views/any.yaml"), (FileKind::Map, "maps/any.yaml")] {
-            assert_eq!(named("any", kind).unwrap().path, path);
+        let path = |name, kind, bare| named(name, kind, bare).map(|found| found.path);
+        assert_eq!(path("any", FileKind::Map, false), Some("maps/any.yaml"));
+        for name in ["any", "any_dependent", "embedding"] {
+            let cache = tempfile::tempdir().unwrap();
+            let found = file(Path::new(name), FileKind::Scene, cache.path(), false).unwrap();
+            assert!(found.ends_with(format!("studies/views/{name}.yaml")) && found.is_file(), "{found:?}");
         }
-        assert_eq!(named("tabletop", FileKind::Scene).unwrap().path, "scenes/tabletop.yaml");
-        assert_eq!(named("sizes", FileKind::Scene).unwrap().kind, FileKind::Study);
-        assert!(named("held_out_families", FileKind::Study).is_none());
+        assert_eq!(path("tabletop", FileKind::Scene, false), Some("scenes/tabletop.yaml"));
+        assert_eq!(path("embedding", FileKind::Study, false), Some("studies/views/embedding.yaml"));
+        assert!(told(Path::new("embeding"), FileKind::Scene, false).contains("did you mean `embedding`?"));
+        assert!(told(Path::new("any"), FileKind::Scene, true).contains("`bench map any`"));
+        for unknown in [path("embedding", FileKind::Scene, true), path("lmo", FileKind::Scene, false)] {
+            assert_eq!(unknown, None);
+        }
     }
 }

@@ -73,8 +73,9 @@ fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
     let pipeline =
         Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
-    let imported = |setting, folder: &Option<PathBuf>| {
-        folder.as_ref().map(|folder| imported_views(setting, &beside.join(folder))).transpose()
+    let imported = |setting: &str, folder: &Option<PathBuf>| {
+        let named_by = format!("`{setting}` of {}", args.study.display());
+        folder.as_ref().map(|folder| imported_views(&beside.join(folder), &named_by)).transpose()
     };
     let in_place = ImportedViews {
         training: imported("training_views", &study.training_views)?,
@@ -209,7 +210,7 @@ fn scored(
         let told = views.known_views(pipeline, known, Teller::Process)?.unwrap_or_default();
         if told.is_empty() {
             pipeline.progress.note(&format!(
-                "known_views {known}: no object that is scored has so many known views and one to ask; its table stays empty"
+                "known_views {known}: no scored object has that many known views. Its table stays empty: ask fewer"
             ));
         }
         for seed in 1..=study.seeds {

@@ -30,7 +30,7 @@ const FOLLOWED: usize = 3;
 const QUERIES: usize = 4;
 /// What likelihoods may count by.
 const SCALES: [f64; 10] = [0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0];
-/// Most objects that decide it.
+/// Most objects that decide by what likelihoods count.
 pub const CALIBRATING: usize = 64;
 /// The share of the probability that a region promises.
 const PROMISED: f64 = 0.95;
