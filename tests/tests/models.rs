@@ -96,6 +96,34 @@ fn pairs_of_views_are_a_row_of_predictive_models_alone() {
     calibrated.expect(0, &[]);
     assert!(calibrated.stdout.contains("pairs, chain"), "{}", calibrated.stdout);
     SmallScene::new(&[PAIRS]).run().expect(2, &["row viewpoint_pairs", "--model", "leave the row out"]);
+    let of = |models: [&str; 2]| {
+        let mut command = scene.command();
+        let models = models.map(|name| root().join("models").join(name));
+        Finished::of(models.iter().fold(&mut command, |command, folder| command.arg("--model").arg(folder)))
+    };
+    of(["predictive", "objects"]).expect(0, &[]);
+    let tables = fs::read_to_string(scene.path("out/scenes/small/tables.md")).expect("tables");
+    assert!(tables.contains("| viewpoint_pairs") && tables.contains("| objects "), "{tables}");
+    of(["objects", "predictive"]).expect(2, &["row viewpoint_pairs"]);
+}
+
+#[test]
+fn yaws_are_scored_of_a_model_that_shares_the_frames_of_truth_alone() {
+    for (frames, shares) in [("canonical", true), ("random", false), ("none", false)] {
+        let objective = format!("viewpoint_dependent, frames: {frames}");
+        let scene = with_objective(&objective);
+        scene.run().expect(0, &[]);
+        let results = fs::read_to_string(scene.path("out/scenes/small/results.json")).expect("results");
+        let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
+        let tables = results["tables"].as_array().expect("tables");
+        let runs = tables.iter().flat_map(|table| table["runs"].as_array().expect("runs"));
+        let scores: Vec<_> = runs.filter(|run| run["method"] == "viewpoint_dependent").collect();
+        assert!(scores.iter().any(|run| run["scores"]["ate"].is_number()), "{frames}: {scores:?}");
+        for score in ["object_orientation", "nees_object_yaw"] {
+            let has = scores.iter().any(|run| run["scores"][score].is_number());
+            assert_eq!(has, shares, "{score} of {frames}: {scores:?}");
+        }
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::readouts::readouts;
 #[cfg(feature = "train")]
 use super::training::trained;
 use super::{ModelRefusal, Pipeline, StageError, VIEW_CONDITIONS};
-use crate::scene_file::row::Reader;
+use crate::scene_file::row::{Reader, Row};
 use crate::scene_file::row_name::{folder_name, kind_name, reserved_names};
 use crate::scene_file::{self, SceneFile};
 use crate::supplied;
@@ -15,7 +15,9 @@ use vantage_dataset::store::{StoreError, read_regular};
 use vantage_dataset::{InstanceId, ViewSet};
 use vantage_learn::readout::Readouts;
 use vantage_learn::residual_process::ResidualHyperparameters;
-use vantage_learn::{DecoderLastLayer, Kind, LARGEST_FILE, MANIFEST, Model, Objective, Role, Viewing};
+use vantage_learn::{
+    DecoderLastLayer, Frames, Kind, LARGEST_FILE, MANIFEST, Model, Objective, Role, Viewing,
+};
 
 /// A model ready for the estimator.
 pub struct LoadedModel {
@@ -49,6 +51,14 @@ impl LoadedModel {
             layer: None,
             seen: None,
         }
+    }
+
+    /// Whether the yaws that it tells are in the frames of truth: those of a family's front, which training told it.
+    pub fn shares_frames(&self) -> bool {
+        let manifest = self.model.manifest();
+        let trained = manifest.training.details.as_ref();
+        manifest.kind == Kind::ViewpointDependent
+            && trained.is_none_or(|details| details.spec.frames == Frames::Canonical)
     }
 
     /// Refuses to score instances that the model has seen.
@@ -146,8 +156,12 @@ pub fn models(
 ) -> Result<Vec<LoadedModel>, StageError> {
     let mut taken = reserved_names();
     taken.extend(others.iter().map(|&name| name.to_owned()));
-    let load = |chosen: &Option<PathBuf>| {
-        let loaded = model(pipeline, chosen.as_deref())?;
+    let load = |(index, chosen): (usize, &Option<PathBuf>)| {
+        let loaded = match chosen {
+            // Rows that there is one of, not one for each model, are of the first.
+            Some(folder) if index > 0 => load(pipeline, folder, |row| row.is_of_model())?,
+            chosen => model(pipeline, chosen.as_deref())?,
+        };
         let folder = || loaded.folder.clone();
         let name = match naming {
             Naming::Kind => loaded.name.clone(),
@@ -161,7 +175,7 @@ pub fn models(
         taken.push(name.clone());
         Ok(LoadedModel { name, ..loaded })
     };
-    chosen.iter().map(load).collect()
+    chosen.iter().enumerate().map(load).collect()
 }
 
 /// Loads the model in `folder`, or trains one where that is `None`.
@@ -170,10 +184,11 @@ pub fn model(pipeline: &Pipeline, folder: Option<&Path>) -> Result<LoadedModel, 
         return Err(ModelRefusal::ObjectiveNotViewing { scene: pipeline.file.name.clone() }.into());
     }
     let objective = pipeline.file.training.model.objective;
-    if folder.is_none() && reads_pairs(pipeline) && objective != Objective::ViewpointPredictive {
+    let reads_pairs = pipeline.file.estimator.rows.iter().any(|row| row.reads_pairs());
+    if folder.is_none() && reads_pairs && objective != Objective::ViewpointPredictive {
         return Err(ModelRefusal::ObjectiveNotOfPairs { scene: pipeline.file.name.clone() }.into());
     }
-    load(pipeline, &named_or_trained(pipeline, folder)?)
+    load(pipeline, &named_or_trained(pipeline, folder)?, |_| true)
 }
 
 /// Likewise, a model of any kind, and its folder.
@@ -194,13 +209,15 @@ fn trained(_: &Pipeline) -> Result<PathBuf, StageError> {
     Err(crate::left_out::LeftOut::Training.into())
 }
 
-fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
+/// Loads the model in a folder, with what those rows of the scene need that are `of_it`.
+fn load(pipeline: &Pipeline, folder: &Path, of_it: impl Fn(Row) -> bool) -> Result<LoadedModel, StageError> {
+    let rows = || pipeline.file.estimator.rows.iter().copied().filter(|&row| of_it(row));
     let model = loaded(pipeline, folder)?;
     let kind = model.manifest().kind;
     if model.viewing().is_none() {
         return Err(ModelRefusal::NotViewing { folder: folder.to_owned(), kind }.into());
     }
-    if reads_pairs(pipeline) && model.pairs().is_none() {
+    if rows().any(Row::reads_pairs) && model.pairs().is_none() {
         return Err(ModelRefusal::NotOfPairs { folder: folder.to_owned(), kind }.into());
     }
     let jacobian = match kind {
@@ -212,13 +229,11 @@ fn load(pipeline: &Pipeline, folder: &Path) -> Result<LoadedModel, StageError> {
             format!("has no graph {jacobian}: derivatives are by central differences, many times slower");
         note(pipeline, folder, &what);
     }
-    if pipeline.file.estimator.rows.iter().any(|row| row.learns_layer()) {
+    if rows().any(Row::learns_layer) {
         last_layer(&model, folder)?;
     }
-    let is_read = pipeline.file.estimator.rows.iter().any(|row| row.reads_out());
-    let readouts = if is_read { Some(readouts(pipeline, &model)?) } else { None };
-    let is_corrected = pipeline.file.estimator.rows.iter().any(|row| row.has_process());
-    let process = if is_corrected { Some(object_process(pipeline, &model)?) } else { None };
+    let readouts = if rows().any(Row::reads_out) { Some(readouts(pipeline, &model)?) } else { None };
+    let process = if rows().any(Row::has_process) { Some(object_process(pipeline, &model)?) } else { None };
     Ok(LoadedModel { name: kind_name(model.manifest()), model, folder: folder.to_owned(), readouts, process })
 }
 
@@ -230,10 +245,6 @@ pub fn last_layer<'m>(model: &'m Model, folder: &Path) -> Result<DecoderLastLaye
             .map_err(|source| ModelRefusal::NoLastLayer { folder: folder(), source: Box::new(source) }),
         _ => Err(ModelRefusal::NotViewpointDependent { folder: folder(), kind: model.manifest().kind }),
     }
-}
-
-fn reads_pairs(pipeline: &Pipeline) -> bool {
-    pipeline.file.estimator.rows.iter().any(|row| row.reads_pairs())
 }
 
 /// A model of any kind, with a note where its views were others than the scene's.

@@ -22,7 +22,6 @@ use crate::score::unseen::Unseen;
 use crate::score::unseen_table::{TABLES, UnseenTable};
 use vantage_dataset::store::{read_observations, read_truth};
 use vantage_dataset::{Detection, Observations, Seed, Truth};
-use vantage_learn::Kind;
 
 /// The tables, and what they are of.
 pub struct Tables {
@@ -75,7 +74,7 @@ pub fn tables(
             let manifest = method.model.model.manifest();
             let run =
                 |scores| Run { method: method.name(), seed: *seed, outcome: answer.outcome.clone(), scores };
-            let heading = manifest.kind == Kind::ViewpointDependent;
+            let heading = method.model.shares_frames();
             let Scored { trajectory, consistency } = scores(answer, truth.as_ref(), heading)?;
             let objects = truth.as_ref().map_or(&[][..], |truth| &truth.objects);
             let names =
