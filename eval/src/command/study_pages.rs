@@ -63,9 +63,9 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
         };
         let name = match *families {
             0 => "composites alone".to_owned(),
-            1 => "1 family and composites".to_owned(),
-            ALL => "all families and composites".to_owned(),
-            families => format!("{families} families and composites"),
+            1 => "1 family".to_owned(),
+            ALL => "all families".to_owned(),
+            families => format!("{families} families"),
         };
         let own =
             differ.iter().map(|&key| match variants.first().and_then(|(_, first)| first.model.get(key)) {
@@ -74,7 +74,7 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
                 None => format!(", {key} of the scene"),
             });
         let name = name + &own.collect::<String>();
-        let process = format!("{name}, with a process");
+        let process = "the same, with a process".to_owned();
         for (name, is_process, points) in
             [(name, false, of(&|name| name.to_owned())), (process, true, of(&|name| with_process(name)))]
         {
@@ -147,9 +147,9 @@ mod tests {
         assert_eq!(
             lines,
             [
-                ("2 families and composites, frames of the scene", false, vec![(0, 60.0), (2, 50.0)]),
-                ("2 families and composites, frames of the scene, with a process", true, vec![(2, 40.0)]),
-                ("2 families and composites, frames none", false, vec![(0, 65.0), (2, 20.0)]),
+                ("2 families, frames of the scene", false, vec![(0, 60.0), (2, 50.0)]),
+                ("the same, with a process", true, vec![(2, 40.0)]),
+                ("2 families, frames none", false, vec![(0, 65.0), (2, 20.0)]),
                 ("composites alone, frames of the scene", false, vec![(1, 55.0), (2, 45.0)]),
             ]
         );

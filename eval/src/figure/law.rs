@@ -9,7 +9,9 @@ use plotters::coord::ranged1d::SegmentValue;
 use plotters::prelude::*;
 
 const FIGURE: &str = "law";
-const SIZE: (u32, u32) = (800, 500);
+const SIZE: (u32, u32) = (960, 500);
+/// Width of the key at the right.
+const KEY: u32 = 300;
 /// Room above the highest point.
 const ROOM: f64 = 1.08;
 
@@ -76,7 +78,8 @@ where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
-    let mut chart = ChartBuilder::on(area)
+    let (drawn, key) = area.split_horizontally(SIZE.0 - KEY);
+    let mut chart = ChartBuilder::on(&drawn)
         .caption(&law.title, ("sans-serif", 18))
         .margin(10)
         .x_label_area_size(44)
@@ -104,37 +107,44 @@ where
         colored += usize::from(index > 0 && !line.is_process);
         let style = color(colored).stroke_width(2);
         let points = line.points.iter().map(|(place, error)| (SegmentValue::CenterOf(*place), *error));
-        let drawn = match line.is_process {
-            false => chart.draw_series(LineSeries::new(points.clone(), style))?,
+        let [begin, end] = key_line(index);
+        match line.is_process {
+            false => {
+                chart.draw_series(LineSeries::new(points.clone(), style))?;
+                key.draw(&PathElement::new([begin, end], style))?;
+            }
             true => {
                 let points: Vec<_> = points.clone().collect();
-                chart.draw_series(DashedLineSeries::new(points, 6, 4, style))?
+                chart.draw_series(DashedLineSeries::new(points, 6, 4, style))?;
+                for dash in 0..3 {
+                    let x = begin.0 + 10 * dash;
+                    key.draw(&PathElement::new([(x, begin.1), (x + 6, end.1)], style))?;
+                }
             }
-        };
-        // Of a dashed line the key has a gap.
-        let [end, begin] = if line.is_process { [8, 12] } else { [10, 10] };
-        drawn.label(&line.name).legend(move |(x, y)| {
-            let part = |from: i32, to: i32| PathElement::new([(x + from, y), (x + to, y)], style);
-            EmptyElement::at((0, 0)) + part(0, end) + part(begin, 20)
-        });
+        }
+        key.draw(&key_name(index, &line.name))?;
         chart.draw_series(points.map(|point| Circle::new(point, 3, style.filled())))?;
     }
     if let Some((name, error)) = &law.floor {
         let style = BLACK.mix(0.7).stroke_width(2);
         let ends = [(SegmentValue::Exact(0), *error), (SegmentValue::Last, *error)];
-        chart
-            .draw_series(LineSeries::new(ends, style))?
-            .label(name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+        chart.draw_series(LineSeries::new(ends, style))?;
+        key.draw(&PathElement::new(key_line(law.lines.len()), style))?;
+        key.draw(&key_name(law.lines.len(), name))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerLeft)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .label_font(("sans-serif", 15))
-        .draw()?;
     Ok(area.present()?)
+}
+
+/// Both ends of the line of that entry of the key, pixels.
+fn key_line(entry: usize) -> [(i32, i32); 2] {
+    let y = 48 + 20 * i32::try_from(entry).unwrap_or(i32::MAX / 40);
+    [(0, y), (26, y)]
+}
+
+/// Its name.
+fn key_name(entry: usize, name: &str) -> Text<'_, (i32, i32), &str> {
+    let [_, (x, y)] = key_line(entry);
+    Text::new(name, (x + 8, y - 7), ("sans-serif", 14).into_font())
 }
 
 #[cfg(test)]
