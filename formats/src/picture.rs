@@ -4,7 +4,7 @@ use super::image_file::{CompressionType, Pixels, jpeg, png};
 use super::import::{FETCH_AGAIN, ImportError, read_file};
 #[cfg(feature = "hdf5")]
 use image::GrayImage;
-use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Luma, RgbImage};
+use image::{DynamicImage, ImageBuffer, ImageError, ImageFormat, ImageReader, Limits, Luma, RgbImage};
 use std::io::Cursor;
 use std::path::Path;
 use vantage_dataset::store::StoreError;
@@ -63,9 +63,13 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
     limits.max_image_height = Some(LARGEST_SIDE);
     limits.max_alloc = Some(LARGEST_IMAGE);
     reader.limits(limits);
-    reader.decode().map_err(|error| {
-        let expected = format!("a {format:?} image");
-        ImportError::invalid(path, "image", error, expected, FETCH_AGAIN)
+    reader.decode().map_err(|error| match error {
+        ImageError::Limits(_) => {
+            let expected =
+                format!("at most {LARGEST_SIDE} pixels a side, and {} MiB decoded", LARGEST_IMAGE >> 20);
+            ImportError::invalid(path, "image", "a larger one", expected, "make the image smaller")
+        }
+        error => ImportError::invalid(path, "image", error, format!("a {format:?} image"), FETCH_AGAIN),
     })
 }
 

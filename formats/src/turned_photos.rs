@@ -43,7 +43,7 @@ struct Photo {
 
 /// Reads the views of the objects that `takes` says, ordered by object, session, azimuth.
 ///
-/// What does not decode, shows no object, or has another name is left out and reported.
+/// What does not decode, shows no object, or has another name is left out and reported, as are folders inside those of sessions.
 ///
 /// # Errors
 ///
@@ -116,23 +116,23 @@ fn photos(root: &Path, report: &mut ImportReport) -> Result<BTreeMap<String, Vec
     folders.extend(entries(root)?.into_iter().filter(|path| path.is_dir()));
     let mut found: BTreeMap<String, Vec<Photo>> = BTreeMap::new();
     for (session, folder) in folders.iter().enumerate() {
-        let files: Vec<PathBuf> = entries(folder)?.into_iter().filter(|path| !path.is_dir()).collect();
+        let files = files(folder, session > 0, report)?;
         let mut masks: BTreeMap<String, &PathBuf> = BTreeMap::new();
         let mut others = Vec::new();
         for path in &files {
-            let stem = stem(path);
-            // By bytes, as letters may change their length with their case.
-            let cut = stem.len().checked_sub(MASK.len()).filter(|&cut| stem.is_char_boundary(cut));
-            match cut.map(|cut| stem.split_at(cut)) {
-                Some((of, end)) if end.eq_ignore_ascii_case(MASK) && ending(path) == "png" => {
-                    masks.insert(of.to_owned(), path);
+            match masked(path) {
+                Some(of) if ending(path) == "png" => {
+                    masks.insert(of, path);
+                }
+                Some(_) if is_image(path) => {
+                    report.skip(path, "is a mask that is no PNG, and is not read; save it as PNG");
                 }
                 _ => others.push(path),
             }
         }
         for path in others {
             let Some((name, degrees)) = named(path) else {
-                if IMAGES.contains(&ending(path).as_str()) {
+                if is_image(path) {
                     report.skip(path, "is not named OBJECT__AZIMUTH.png or .jpg, such as cup__30.png");
                 }
                 continue;
@@ -157,6 +157,49 @@ fn photos(root: &Path, report: &mut ImportReport) -> Result<BTreeMap<String, Vec
     Ok(found)
 }
 
+/// The files of a session, without images that have unfit names.
+fn files(
+    folder: &Path,
+    has_own_folder: bool,
+    report: &mut ImportReport,
+) -> Result<Vec<PathBuf>, ImportError> {
+    let (folders, mut files): (Vec<PathBuf>, Vec<PathBuf>) =
+        entries(folder)?.into_iter().partition(|path| path.is_dir());
+    if let Some(first) = folders.first().filter(|_| has_own_folder) {
+        let count = folders.len();
+        let reason = format!(
+            "folders inside a session's folder are not read ({count} here, the first is named); move them beside it"
+        );
+        report.skip(first, reason);
+    }
+    files.retain(|path| {
+        let unfit = unfit_name(path);
+        // The reason names the file, as its path would break the line.
+        if let Some(reason) = &unfit {
+            report.skip(folder, reason);
+        }
+        unfit.is_none()
+    });
+    Ok(files)
+}
+
+/// Why an image cannot have an object's name: stored names are of one line, without control characters.
+fn unfit_name(path: &Path) -> Option<String> {
+    let name = path.file_name().unwrap_or_default();
+    let is_unfit = name.to_str().is_none_or(|text| text.contains(char::is_control));
+    (is_unfit && is_image(path))
+        .then(|| format!("the file name {name:?} is not UTF-8 or has control characters; rename the file"))
+}
+
+/// The stem of the photograph whose mask has this name; `None` of any other file.
+fn masked(path: &Path) -> Option<String> {
+    let stem = stem(path);
+    // By bytes, as letters may change their length with their case.
+    let cut = stem.len().checked_sub(MASK.len()).filter(|&cut| stem.is_char_boundary(cut))?;
+    let (of, end) = stem.split_at(cut);
+    end.eq_ignore_ascii_case(MASK).then(|| of.to_owned())
+}
+
 /// Object and azimuth, degrees; `None` of any other file.
 fn named(path: &Path) -> Option<(String, f64)> {
     let stem = stem(path);
@@ -164,6 +207,10 @@ fn named(path: &Path) -> Option<(String, f64)> {
     let degrees = degrees.parse::<f64>().ok().filter(|degrees| degrees.is_finite())?;
     let is_photo = matches!(ending(path).as_str(), "png" | "jpg" | "jpeg");
     (is_photo && !object.is_empty()).then(|| (object.to_owned(), degrees))
+}
+
+fn is_image(path: &Path) -> bool {
+    IMAGES.contains(&ending(path).as_str())
 }
 
 /// In small letters, without the dot.

@@ -187,6 +187,15 @@ fn episodes_of_another_scene_are_left_as_they_are() {
 }
 
 #[test]
+fn a_format_that_cannot_hold_the_scene_is_refused_before_another_begins() {
+    let scene = SmallScene::new(&[]);
+    for format in ["tum,g2o,avd", "tum,bigbird"] {
+        Finished::of(&mut scene.dataset("d", &["--format", format])).expect(2, &["robot.path is not"]);
+        assert!(!scene.path("d/tum").exists());
+    }
+}
+
+#[test]
 fn a_camera_may_be_given_by_its_intrinsics() {
     let Camera { fx, .. } = Camera::with_horizontal_fov(320, 240, 60f64.to_radians());
     let episode = |camera: &str| {

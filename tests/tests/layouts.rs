@@ -161,6 +161,25 @@ fn photographs_are_read_by_the_names_of_their_files() {
 }
 
 #[test]
+fn options_without_effect_on_what_is_imported_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let import = |layout: &str, more: &[&str]| {
+        let mut command = bench();
+        command.args(["import", layout]).arg(folder.path()).arg("--out").arg(folder.path().join("out"));
+        Finished::of(command.args(more))
+    };
+    for layout in ["bigbird", "avd", "bop"] {
+        for option in [&["--clockwise"][..], &["--elevation-deg", "25"], &["--distance", "5"]] {
+            import(layout, option).expect(2, &[option[0], "is for `folder`"]);
+        }
+    }
+    for layout in ["avd", "bop"] {
+        let drawn = ["--views", "--like", "sparse_loop", "--draws", "2"];
+        import(layout, &drawn).expect(2, &["--draws", "--views"]);
+    }
+}
+
+#[test]
 fn an_import_tells_what_it_lacks_and_leaves_nothing_where_it_finds_nothing() {
     let scene = turntable();
     dataset(&scene, "bigbird", "2").expect(0, &[]);

@@ -211,6 +211,20 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
 }
 
 #[test]
+fn a_training_takes_no_folder_of_others() {
+    let scene = with_objective("viewpoint_dependent");
+    let train =
+        |out: &str| Finished::of(scene.on(&["train"], "scene.yaml").arg("--out").arg(scene.path(out)));
+    fs::create_dir(scene.path("mine")).expect("a folder");
+    fs::write(scene.path("mine/loss.csv"), "mine").expect("a file");
+    train("mine").expect(2, &["already holds something else", "--out"]);
+    assert_eq!(fs::read_to_string(scene.path("mine/loss.csv")).expect("the file"), "mine");
+    assert_eq!(fs::read_dir(scene.path("mine")).expect("the folder").count(), 1);
+    train("new").expect(0, &[]);
+    assert!(scene.path("new/model.yaml").exists());
+}
+
+#[test]
 fn a_training_that_diverges_is_a_failed_run_of_its_study() {
     let scene = with_objective("viewpoint_dependent");
     let study = |variants: &str| scene.study("failing", &format!("seeds: 1\nvariants:\n{variants}"));

@@ -3,7 +3,7 @@
 /// Examples, below the short help and the long one.
 pub const EXAMPLES: &str = "\
 Examples:
-  bench list                                 scenes, models and studies that come with it
+  bench list                                 scenes, models, studies and maps that come with it
   bench tabletop                             runs a scene, with all of its seeds
   bench tabletop --seeds 2                   the same sooner, with too few seeds to show a gain
   bench my_scene.yaml --model out/my_model   a scene and a model of your own

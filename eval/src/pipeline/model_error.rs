@@ -63,8 +63,8 @@ pub enum ModelRefusal {
     },
     /// A row reads pairs of views, and the model tells single ones alone.
     #[error(
-        "the model in {} is of kind {kind} and tells no view from another, as the row viewpoint_pairs needs it; name a \
-         viewpoint_predictive one (--model, or `model` in a map), or leave the row out", folder.display()
+        "the model in {} is of kind {kind} and tells no view from another, as the row viewpoint_pairs needs it of the first \
+         model; name a viewpoint_predictive one first (--model, or `model` in a map), or leave the row out", folder.display()
     )]
     NotOfPairs {
         /// The model's folder.

@@ -64,7 +64,7 @@ pub(super) fn try_read(
     Ok((read, report))
 }
 
-fn change(folder: &Path, file: &str, with: impl FnOnce(&mut Value)) -> PathBuf {
+pub(super) fn change(folder: &Path, file: &str, with: impl FnOnce(&mut Value)) -> PathBuf {
     let path = folder.join("train/000000").join(file);
     let mut value = json(&path);
     with(&mut value);

@@ -57,6 +57,58 @@ fn photographs_by_other_names_are_told_and_endings_may_be_capital() {
     assert!(told[2].contains("pot__1_mask.png"), "{told:?}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_no_line_of_text_are_left_out_and_told() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
+    let names: [&[u8]; 6] = [
+        b"a\tb__0.png",
+        b"a\nb__0.png",
+        b"a\rb__0_mask.png",
+        b"a\xc2\x85b__0.png",
+        b"a\xfeb__0.png",
+        b"a\xffb__0.png",
+    ];
+    write(&at(b"cup__0.png"));
+    for name in names {
+        std::fs::copy(at(b"cup__0.png"), at(name)).unwrap();
+    }
+    let (set, report) = read(folder.path()).unwrap();
+    assert_eq!((set.instances.len(), set.instances[0].family.as_str()), (1, "cup"));
+    let told: Vec<String> = report.skipped.iter().map(|skipped| skipped.to_string()).collect();
+    assert_eq!(told.len(), names.len(), "{told:?}");
+    assert!(told[0].contains(r#""a\tb__0.png""#) && told[5].contains(r#""a\xFFb__0.png""#), "{told:?}");
+    assert!(!told.concat().contains(char::is_control), "{told:?}");
+}
+
+#[test]
+fn folders_inside_a_sessions_folder_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir_all(at("day/x")).unwrap();
+    std::fs::create_dir_all(at("day/y")).unwrap();
+    write(&at("day/cup__0.png"));
+    write(&at("day/x/cup__90.png"));
+    let (set, report) = read(folder.path()).unwrap();
+    assert_eq!((set.views.len(), report.skipped.len()), (1, 1));
+    assert_eq!(report.skipped[0].file, at("day/x"));
+    assert!(report.skipped[0].reason.contains("2 here"), "{report:?}");
+}
+
+#[test]
+fn a_mask_that_is_no_png_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    write(&at("cup__0.png"));
+    std::fs::copy(at("cup__0.png"), at("cup__0_mask.jpg")).unwrap();
+    let (set, report) = read(folder.path()).unwrap();
+    assert_eq!((set.views.len(), report.skipped.len()), (1, 1));
+    assert!(report.skipped[0].reason.contains("no PNG"), "{report:?}");
+}
+
 #[test]
 fn an_azimuth_is_given_once_modulo_a_turn() {
     let folder = tempfile::tempdir().unwrap();

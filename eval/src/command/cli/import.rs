@@ -35,18 +35,20 @@ pub struct ImportArgs {
     /// detections, too. A file, or the name of one that comes with the program.
     #[arg(long, value_name = "SCENE")]
     pub like: Option<PathBuf>,
-    /// How often the noise is drawn: episodes of one way, alike but for their odometry.
-    #[arg(long, value_name = "N", requires = "like", default_value_t = 1, allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
+    /// How often the noise is drawn: episodes of one way, alike but for their odometry. Of a view set it is drawn once.
+    #[arg(long, value_name = "N", requires = "like", conflicts_with = "views", default_value_t = 1, allow_negative_numbers = true, value_parser = RangedI64ValueParser::<u64>::new().range(1..=1000))]
     pub draws: u64,
     /// Folder of what comes with the program.
     #[arg(long, value_name = "DIR", default_value = "cache")]
     pub cache: PathBuf,
     /// Folder: elevation of the camera, degrees.
-    #[arg(long, value_name = "DEGREES", default_value_t = 25.0, allow_negative_numbers = true, value_parser = elevation)]
-    pub elevation_deg: f64,
+    /// 25 where it is not given.
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = elevation)]
+    pub elevation_deg: Option<f64>,
     /// Folder: distance of the camera, in sizes of the object.
-    #[arg(long, value_name = "SIZES", default_value_t = 5.0, value_parser = positive)]
-    pub distance: f64,
+    /// 5 where it is not given.
+    #[arg(long, value_name = "SIZES", value_parser = positive)]
+    pub distance: Option<f64>,
     /// Folder: azimuths grow clockwise, seen from above.
     #[arg(long)]
     pub clockwise: bool,

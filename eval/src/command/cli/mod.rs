@@ -70,7 +70,7 @@ pub enum Command {
     Index(IndexArgs),
     /// Reads BigBIRD, Active Vision or BOP data, or a folder of photographs, into our own layout.
     Import(ImportArgs),
-    /// Lists scenes, models and studies that come with the program.
+    /// Lists scenes, models, studies and maps that come with the program.
     List,
     /// Draws the scene at a glance: the world from above, what the camera sees, crops.
     Look(LookArgs),

@@ -32,8 +32,8 @@ pub struct Avd {
 }
 
 impl Avd {
-    /// Below `root`.
-    pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
+    /// Refuses a scene that the layout has no place for.
+    pub fn check(source: &Source<'_>) -> Result<(), BenchError> {
         let unsuitable = |reason: String| Err(DatasetError::Unsuitable { format: "avd", reason }.into());
         let PathSpec::Grid { spacing, headings, .. } = &source.scene.robot().path else {
             return unsuitable("robot.path is not grid".to_owned());
@@ -46,7 +46,11 @@ impl Avd {
         if source.scene.world().look_alike.is_some_and(|tint| tint <= 0.0) {
             return unsuitable("a scan has no two equal objects, and world.look_alike is 0".to_owned());
         }
-        source.require_seeds_below(HOMES, "avd")?;
+        source.require_seeds_below(HOMES, "avd")
+    }
+
+    /// Below `root`, of a scene that was checked.
+    pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
         let inventory = claimed(root, "avd", &source.provenance, of_each_seed)?;
         let (root, licences) = (root.to_owned(), licences(source.scene));
         Ok(Self { root, split: source.split, licences, scan: None, inventory })

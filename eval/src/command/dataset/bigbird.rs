@@ -32,12 +32,11 @@ pub struct BigBird {
 }
 
 impl BigBird {
-    /// Below `root`.
-    pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
-        let scene = source.scene;
+    /// Degrees from one angle of the turntable to the next; refuses a scene that the layout has no place for.
+    pub fn degrees(source: &Source<'_>) -> Result<u32, BenchError> {
         let unsuitable =
             |reason: String| BenchError::from(DatasetError::Unsuitable { format: "bigbird", reason });
-        let PathSpec::Turntable { elevations_deg, angles, .. } = &scene.robot().path else {
+        let PathSpec::Turntable { elevations_deg, angles, .. } = &source.scene.robot().path else {
             return Err(unsuitable("robot.path is not turntable".to_owned()));
         };
         if elevations_deg.len() != CAMERAS {
@@ -51,9 +50,15 @@ impl BigBird {
                 "angles are whole degrees, and robot.path.turntable.angles, {angles}, does not divide 360"
             )));
         }
+        Ok(360 / angles)
+    }
+
+    /// Below `root`.
+    pub fn open(root: &Path, source: &Source<'_>) -> Result<Self, BenchError> {
+        let degrees = Self::degrees(source)?;
         let inventory = claimed(root, "bigbird", &source.provenance, of_each_seed)?;
         let (root, split, licences) = (root.to_owned(), source.split, licences(source.scene));
-        Ok(Self { root, degrees: 360 / angles, object: None, split, licences, inventory })
+        Ok(Self { root, degrees, object: None, split, licences, inventory })
     }
 
     fn cannot(&self) -> impl Fn(std::io::Error) -> OutputError + use<> {

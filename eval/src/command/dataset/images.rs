@@ -33,9 +33,13 @@ pub struct Images<'a> {
 }
 
 impl<'a> Images<'a> {
-    /// Opens the folder.
+    /// Refuses seeds that the layout has no numbers for.
+    pub fn check(source: &Source<'_>) -> Result<(), BenchError> {
+        source.require_seeds_below(MOST_SCENES, "bop")
+    }
+
+    /// Opens the folder, for seeds that were checked.
     pub fn open(root: &Path, layout: BopLayout, source: &Source<'a>) -> Result<Self, BenchError> {
-        source.require_seeds_below(MOST_SCENES, "bop")?;
         let camera = source.scene.sensors().camera.intrinsics();
         let options = BopOptions { layout, name: source.name.to_owned(), camera };
         let opened = BopWriter::open(root, options, source.provenance.clone())?;

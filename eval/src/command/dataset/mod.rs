@@ -181,6 +181,7 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         progress: &progress,
     };
 
+    args.format.iter().try_for_each(|&format| check(format, &source))?;
     let mut formats: Vec<Box<dyn Format + '_>> = Vec::new();
     let asked = args.format.iter().enumerate().filter(|(i, format)| !args.format[..*i].contains(format));
     for (_, format) in asked {
@@ -247,6 +248,19 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
             Ok(Exit::NothingEvaluated)
         }
         _ => Ok(Exit::Success),
+    }
+}
+
+/// Refuses a format that cannot hold the scene, before another has begun.
+fn check(format: DatasetFormat, source: &Source<'_>) -> Result<(), BenchError> {
+    match format {
+        DatasetFormat::Avd => Avd::check(source),
+        #[cfg(feature = "formats")]
+        DatasetFormat::Bigbird => BigBird::degrees(source).map(drop),
+        #[cfg(not(feature = "formats"))]
+        DatasetFormat::Parquet | DatasetFormat::Bigbird => Err(crate::left_out::LeftOut::Formats.into()),
+        DatasetFormat::Bop | DatasetFormat::BopWebdataset => Images::check(source),
+        _ => Ok(()),
     }
 }
 

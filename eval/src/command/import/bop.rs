@@ -35,7 +35,7 @@ pub(super) fn bop(
         stage.advance(1);
     }
     let driven = match like {
-        Some(like) => like.drawn(&episodes, if args.views { 1 } else { args.draws }),
+        Some(like) => like.drawn(&episodes, args.draws),
         None => episodes
             .into_iter()
             .zip(0..)

@@ -23,22 +23,17 @@ use vantage_dataset::{Episode, ObjectTruth, Seed, Split, Symmetry, ViewSet};
 use vantage_formats::avd::read_scan;
 use vantage_formats::{ImportReport, Turntable, read_turned_photos};
 
+/// Elevation of a camera that nobody named, degrees.
+const ELEVATION_DEG: f64 = 25.0;
+/// Distance of a camera that nobody named, in sizes of the object.
+const DISTANCE: f64 = 5.0;
 /// Skipped files that are told one by one.
 const TOLD: usize = 10;
 
 /// Reads, writes, and tells what was left out.
 pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     is_there(&args.source)?;
-    let has_motion = matches!(args.layout, ImportLayout::Avd | ImportLayout::Bop);
-    if has_motion && !args.views {
-        let given = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
-        if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
-            return Err(ImportRefusal::ForViewSets { option }.into());
-        }
-    }
-    if !has_motion && args.like.is_some() {
-        return Err(ImportRefusal::NoMotion.into());
-    }
+    refuse_idle(args)?;
     let like = args.like.as_deref().map(Like::read).transpose()?;
     if args.out.is_file() {
         return Err(FolderError::NotOurs { folder: args.out.clone() }.into());
@@ -93,6 +88,32 @@ pub fn import(args: &ImportArgs, stdout: &mut impl Write) -> Result<Exit, BenchE
     };
     writeln!(stdout, "{} {what} written to {}", report.views, args.out.display())?;
     Ok(Exit::Success)
+}
+
+/// Refuses options that the layout leaves without effect.
+fn refuse_idle(args: &ImportArgs) -> Result<(), ImportRefusal> {
+    let has_motion = matches!(args.layout, ImportLayout::Avd | ImportLayout::Bop);
+    let of_view_sets = [("--objects", !args.objects.is_empty()), ("--split", args.split.is_some())];
+    if let Some(option) = given(&of_view_sets).filter(|_| has_motion && !args.views) {
+        return Err(ImportRefusal::ForViewSets { option });
+    }
+    let of_photographs = [
+        ("--elevation-deg", args.elevation_deg.is_some()),
+        ("--distance", args.distance.is_some()),
+        ("--clockwise", args.clockwise),
+    ];
+    if let Some(option) = given(&of_photographs).filter(|_| args.layout != ImportLayout::Folder) {
+        return Err(ImportRefusal::ForPhotographs { option });
+    }
+    if !has_motion && args.like.is_some() {
+        return Err(ImportRefusal::NoMotion);
+    }
+    Ok(())
+}
+
+/// The first option that is given.
+fn given(options: &[(&'static str, bool)]) -> Option<&'static str> {
+    options.iter().find(|(_, is_given)| *is_given).map(|(option, _)| *option)
 }
 
 /// Says what was left out, each line once.
@@ -159,8 +180,8 @@ fn avd(args: &ImportArgs, like: Option<&Like>) -> Result<(Imported, ImportReport
 
 fn folder(args: &ImportArgs, progress: &Progress) -> Result<(Imported, ImportReport), BenchError> {
     let turntable = Turntable {
-        elevation: args.elevation_deg.to_radians(),
-        distance: args.distance,
+        elevation: args.elevation_deg.unwrap_or(ELEVATION_DEG).to_radians(),
+        distance: args.distance.unwrap_or(DISTANCE),
         clockwise: args.clockwise,
     };
     let takes = |name: &str| args.objects.is_empty() || args.objects.iter().any(|object| object == name);

@@ -2,7 +2,8 @@
 
 use super::super::MILLIMETRES;
 use super::places::GT;
-use crate::import::{FETCH_AGAIN, ImportError, ImportReport, read_file};
+use super::{images, json};
+use crate::import::{ImportError, ImportReport};
 use crate::rigid::nearly_rigid;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::Deserialize;
@@ -91,6 +92,8 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
         Err(error) if error.is_absence() => None,
         other => Some(other?),
     };
+    let files = images::numbers(scene);
+    let unannotated: Vec<u32> = files.iter().copied().filter(|image| !poses.contains_key(image)).collect();
     let (mut frames, mut is_given) = (Vec::new(), false);
     for (image, poses) in poses {
         let leave_out = |report: &mut ImportReport, file, why: &str| {
@@ -140,6 +143,11 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
         }
         frames.push(frame);
     }
+    if let Some(first) = unannotated.first() {
+        let (those, all) = (unannotated.len(), files.len());
+        report
+            .skip(scene.join(GT), format!("{those} of {all} images, image {first} the first, have no entry"));
+    }
     let without: Vec<u32> = frames
         .iter()
         .filter(|frame: &&Frame| frame.world_from_camera.is_none())
@@ -165,12 +173,8 @@ pub(super) fn read_frames(scene: &Path, report: &mut ImportReport) -> Result<Vec
 }
 
 fn read_json<T: DeserializeOwned>(scene: &Path, name: &str) -> Result<BTreeMap<u32, T>, ImportError> {
-    let path = scene.join(name);
-    let bytes = read_file(&path, LARGEST_FILE)?;
-    serde_json::from_slice(&bytes).map_err(|error| {
-        let expected = "an object of entries by the number of the image, as BOP has them";
-        ImportError::invalid(&path, "JSON", error, expected, FETCH_AGAIN)
-    })
+    let expected = "an object of entries by the number of the image, as BOP has them";
+    json::read(&scene.join(name), LARGEST_FILE, expected)
 }
 
 fn intrinsics(k: &[f64; 9]) -> Option<[f64; 4]> {

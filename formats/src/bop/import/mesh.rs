@@ -1,8 +1,10 @@
 //! Models of objects: `models_info.json`, and what PLY files say of surfaces.
 
 use super::super::MILLIMETRES;
+use super::json;
+use super::symmetry::{Continuous, symmetry};
 use crate::import::{FETCH_AGAIN, ImportError, ImportReport, read_file};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use serde::Deserialize;
@@ -11,13 +13,11 @@ use std::io::Cursor;
 use std::path::Path;
 use vantage_dataset::Symmetry;
 
-const INFO: &str = "models_info.json";
+pub(super) const INFO: &str = "models_info.json";
 const LARGEST_INFO: u64 = 1 << 24;
 const LARGEST_MESH: u64 = 1 << 28;
 /// No object is larger, nor any vertex farther from its model's origin, millimetres.
 const LARGEST: f64 = 1e6;
-/// How far an axis or a turn may be from one about z.
-const ABOUT_Z: f64 = 0.01;
 
 /// What is known of a model; metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,21 +56,14 @@ struct InfoEntry {
     symmetries_continuous: Vec<Continuous>,
 }
 
-#[derive(Deserialize)]
-struct Continuous {
-    axis: [f64; 3],
-}
-
 /// The models of a folder. A mesh that cannot be read is told, and its model is one without.
 pub(super) fn read_models(
     folder: &Path,
     report: &mut ImportReport,
 ) -> Result<BTreeMap<u32, ReadModel>, ImportError> {
     let path = folder.join(INFO);
-    let bytes = read_file(&path, LARGEST_INFO)?;
-    let entries: BTreeMap<u32, InfoEntry> = serde_json::from_slice(&bytes).map_err(|error| {
-        ImportError::invalid(&path, "JSON", error, "an entry of each obj_id, as BOP has them", FETCH_AGAIN)
-    })?;
+    let entries: BTreeMap<u32, InfoEntry> =
+        json::read(&path, LARGEST_INFO, "an entry of each obj_id, as BOP has them")?;
     let mut models = BTreeMap::new();
     for (id, entry) in entries {
         let numbers = [entry.diameter, entry.size_x, entry.size_y, entry.size_z];
@@ -85,6 +78,7 @@ pub(super) fn read_models(
             let expected = "positive numbers of millimetres, up to a kilometre";
             return Err(ImportError::invalid(&path, id.to_string(), got, expected, FETCH_AGAIN));
         }
+        let symmetry = symmetry(&path, id, &entry.symmetries_discrete, &entry.symmetries_continuous)?;
         let file = folder.join(format!("obj_{id:06}.ply"));
         let mesh = match read_ply(&file) {
             Ok(mesh) => Some(mesh),
@@ -94,7 +88,7 @@ pub(super) fn read_models(
             }
         };
         let size = mesh.as_ref().map_or(entry.diameter / MILLIMETRES, |mesh| mesh.diameter(&center));
-        models.insert(id, ReadModel { center, size, symmetry: symmetry(&entry), mesh });
+        models.insert(id, ReadModel { center, size, symmetry, mesh });
     }
     Ok(models)
 }
@@ -103,27 +97,6 @@ impl MeshGeometry {
     fn diameter(&self, center: &Vector3<f64>) -> f64 {
         let radius = self.positions.iter().map(|p| (Vector3::from(p.map(f64::from)) - center).norm());
         2.0 * radius.fold(0.0, f64::max)
-    }
-}
-
-/// Other than about z, a symmetry says nothing of azimuths.
-fn symmetry(entry: &InfoEntry) -> Symmetry {
-    let is_vertical = |axis: &[f64; 3]| {
-        let axis = Vector3::from(*axis);
-        axis.norm() > 0.0 && axis.xy().norm() < ABOUT_Z * axis.norm()
-    };
-    if entry.symmetries_continuous.iter().any(|symmetry| is_vertical(&symmetry.axis)) {
-        return Symmetry::Revolution;
-    }
-    let is_turn = |matrix: &&Vec<f64>| {
-        let [a, b, c, _, d, e, f, _, g, h, i, ..] = matrix[..] else { return false };
-        let axis = Matrix3::new(a, b, c, d, e, f, g, h, i) * Vector3::z();
-        (axis - Vector3::z()).norm() < ABOUT_Z
-    };
-    let order = 1 + entry.symmetries_discrete.iter().filter(is_turn).count();
-    match u8::try_from(order) {
-        Ok(order) if order > 1 => Symmetry::Cyclic { order },
-        _ => Symmetry::None,
     }
 }
 

@@ -2,10 +2,13 @@
 
 mod arrangement;
 mod files;
+mod images;
+mod json;
 mod masks;
 mod mesh;
 mod places;
 mod seen;
+mod symmetry;
 mod upright;
 
 use crate::avd::{odometry, robot_from_camera};
@@ -126,9 +129,9 @@ impl BopScenes {
         let mut tracks = Vec::new();
         for (key, pose) in &arrangement.placements {
             let Some(model) = self.models.get(&key.object) else {
-                sights
-                    .report
-                    .skip(sights.scene, format!("object {key}: no model and no entry of models_info.json"));
+                if let Some(file) = &self.models_info {
+                    sights.report.skip(file, format!("object {key}: no entry, and so no model"));
+                }
                 continue;
             };
             tracks.push(*key);

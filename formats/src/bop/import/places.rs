@@ -1,6 +1,8 @@
 //! Where a dataset in BOP's layout has its scenes and models.
 
-use super::mesh::{ReadModel, read_models};
+use super::files::CAMERA;
+use super::images::FOLDERS;
+use super::mesh::{INFO, ReadModel, read_models};
 use crate::import::{ImportError, ImportReport};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,6 +11,9 @@ pub(super) const GT: &str = "scene_gt.json";
 /// Folders of models, the first that is there.
 const MODELS: [&str; 4] = ["models", "models_eval", "models_cad", "models_reconst"];
 const REMEDY: &str = "name the dataset's folder, that of a split, or that of one scene";
+const ANNOTATE: &str = "fetch the annotations, or name a split that has them";
+/// Scenes without annotations that are named, of one folder.
+const NAMED: usize = 10;
 
 /// The scenes of a split, and the models of its objects.
 #[derive(Clone, Debug)]
@@ -16,26 +21,41 @@ pub struct BopScenes {
     /// The scenes' folders, by name.
     pub scenes: Vec<PathBuf>,
     pub(super) models: BTreeMap<u32, ReadModel>,
+    /// The file that lists the models; none where no folder of models is there.
+    pub(super) models_info: Option<PathBuf>,
     pub(super) dataset: String,
 }
 
 impl BopScenes {
-    /// Finds the scenes of `folder`, and reads the models beside them or above.
+    /// Finds the scenes of `folder`, and reads the models beside them or above. Scenes without annotations are told, as is that no folder of
+    /// models is there.
     ///
     /// # Errors
     ///
-    /// No scene or several splits in the folder, and a `models_info.json` that contradicts the layout.
+    /// No scene with annotations or several splits in the folder, and a `models_info.json` that contradicts the layout.
     pub fn open(folder: &Path, report: &mut ImportReport) -> Result<Self, ImportError> {
-        let scenes = scene_folders(folder)?;
+        let Found { scenes, bare } = find(folder)?;
+        tell_bare(&bare, report);
         let absolute = scenes[0].canonicalize().map_err(ImportError::read(&scenes[0]))?;
-        let above = absolute.ancestors().skip(1).take(2);
+        let above: Vec<&Path> = absolute.ancestors().skip(1).take(2).collect();
         let models = above
-            .flat_map(|place| MODELS.map(|name| (place.to_owned(), place.join(name))))
+            .iter()
+            .flat_map(|place| MODELS.map(|name| (*place, place.join(name))))
             .find(|(_, models)| models.is_dir());
-        let root = models.as_ref().map_or(absolute.as_path(), |(root, _)| root);
+        let root = models.as_ref().map_or(absolute.as_path(), |(root, _)| *root);
         let dataset = root.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let models = models.map(|(_, models)| read_models(&models, report)).transpose()?;
-        Ok(Self { scenes, models: models.unwrap_or_default(), dataset })
+        let (models, models_info) = match models {
+            Some((_, models)) => (read_models(&models, report)?, Some(models.join(INFO))),
+            None => {
+                let places: Vec<String> = above.iter().map(|place| place.display().to_string()).collect();
+                let (folders, places) = (MODELS.join(", "), places.join(" and in "));
+                let why =
+                    format!("all objects, as no folder of models is there: none of {folders} in {places}");
+                report.skip(above.last().copied().unwrap_or(&absolute), why);
+                (BTreeMap::new(), None)
+            }
+        };
+        Ok(Self { scenes, models, models_info, dataset })
     }
 }
 
@@ -43,36 +63,82 @@ impl BopScenes {
 ///
 /// # Errors
 ///
-/// No scene, or several splits.
+/// No scene with annotations, or several splits.
 pub fn scene_folders(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
+    find(folder).map(|found| found.scenes)
+}
+
+/// Folders by name.
+struct Found {
+    scenes: Vec<PathBuf>,
+    /// What looks like a scene and has no annotations.
+    bare: Vec<PathBuf>,
+}
+
+impl Found {
+    fn in_folder(folder: &Path) -> Result<Self, ImportError> {
+        let (scenes, others): (Vec<_>, Vec<_>) =
+            folders_in(folder)?.into_iter().partition(|scene| scene.join(GT).is_file());
+        let bare = others.into_iter().filter(|other| looks_like_scene(other)).collect();
+        Ok(Self { scenes, bare })
+    }
+}
+
+fn find(folder: &Path) -> Result<Found, ImportError> {
     if folder.join(GT).is_file() {
-        return Ok(vec![folder.to_owned()]);
+        return Ok(Found { scenes: vec![folder.to_owned()], bare: Vec::new() });
     }
-    let scenes = scenes_in(folder)?;
-    if !scenes.is_empty() {
-        return Ok(scenes);
+    let here = Found::in_folder(folder)?;
+    if !here.scenes.is_empty() {
+        return Ok(here);
     }
-    let mut splits = Vec::new();
+    let (mut splits, mut bare) = (Vec::new(), here.bare);
     for split in folders_in(folder)? {
-        let scenes = scenes_in(&split)?;
-        if !scenes.is_empty() {
-            splits.push((split, scenes));
+        let found = Found::in_folder(&split)?;
+        bare.extend(found.bare);
+        if !found.scenes.is_empty() {
+            splits.push((split, found.scenes));
         }
     }
     match splits.len() {
-        1 => Ok(splits.remove(0).1),
-        0 => Err(ImportError::invalid(folder, "scenes", "none", format!("a folder with a {GT}"), REMEDY)),
+        1 => Ok(Found { scenes: splits.remove(0).1, bare }),
+        0 => Err(no_scene(folder, &bare)),
         _ => {
-            let name = |split: &Path| split.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let names: Vec<String> = splits.iter().map(|(split, _)| name(split)).collect();
+            let names: Vec<String> = splits.iter().map(|(split, _)| name_of(split)).collect();
             let got = format!("several: {}", names.join(", "));
             Err(ImportError::invalid(folder, "splits", got, "one", "name the folder of one of them"))
         }
     }
 }
 
-fn scenes_in(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
-    Ok(folders_in(folder)?.into_iter().filter(|scene| scene.join(GT).is_file()).collect())
+/// That nothing is a scene, or the first that would be one with annotations.
+fn no_scene(folder: &Path, bare: &[PathBuf]) -> ImportError {
+    let first = if looks_like_scene(folder) { Some(folder) } else { bare.first().map(PathBuf::as_path) };
+    let expected = format!("a folder with a {GT}");
+    match first {
+        Some(scene) => ImportError::invalid(scene, "annotations", format!("no {GT}"), expected, ANNOTATE),
+        None => ImportError::invalid(folder, "scenes", "none", expected, REMEDY),
+    }
+}
+
+/// Tells of scenes without annotations, those of one folder in one line.
+fn tell_bare(bare: &[PathBuf], report: &mut ImportReport) {
+    for scenes in bare.chunk_by(|a, b| a.parent() == b.parent()) {
+        let names: Vec<String> = scenes.iter().take(NAMED).map(|scene| name_of(scene)).collect();
+        let mut why = format!("scenes without {GT}: {}", names.join(", "));
+        if scenes.len() > NAMED {
+            why += &format!(" and {} more", scenes.len() - NAMED);
+        }
+        report.skip(scenes[0].parent().unwrap_or(&scenes[0]), why);
+    }
+}
+
+fn looks_like_scene(folder: &Path) -> bool {
+    folder.join(CAMERA).is_file() || FOLDERS.iter().any(|images| folder.join(images).is_dir())
+}
+
+fn name_of(folder: &Path) -> String {
+    folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {

@@ -3,6 +3,7 @@
 use super::DetectionLimits;
 use super::arrangement::Arrangement;
 use super::files::{CAMERA, Frame, Key};
+use super::images::{ENDINGS, FOLDERS};
 use super::masks::{Silhouettes, Visible, visible};
 use super::mesh::ReadModel;
 use crate::import::ImportReport;
@@ -14,10 +15,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vantage_dataset::window::{Labelled, Window, cut};
 use vantage_dataset::{BoundingBox, Camera, Detection, Mask};
-
-/// Where BOP has images, and how they end.
-const FOLDERS: [&str; 2] = ["rgb", "gray"];
-const ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
 
 /// What reads them.
 pub(super) struct Sights<'a> {
