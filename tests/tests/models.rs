@@ -211,17 +211,22 @@ fn an_embedding_is_of_no_use_to_the_estimator_but_its_latents_are_drawn() {
 }
 
 #[test]
-fn a_training_takes_no_folder_of_others() {
+fn a_training_overwrites_no_files_of_others() {
     let scene = with_objective("viewpoint_dependent");
     let train =
         |out: &str| Finished::of(scene.on(&["train"], "scene.yaml").arg("--out").arg(scene.path(out)));
-    fs::create_dir(scene.path("mine")).expect("a folder");
-    fs::write(scene.path("mine/loss.csv"), "mine").expect("a file");
-    train("mine").expect(2, &["already holds something else", "--out"]);
-    assert_eq!(fs::read_to_string(scene.path("mine/loss.csv")).expect("the file"), "mine");
-    assert_eq!(fs::read_dir(scene.path("mine")).expect("the folder").count(), 1);
-    train("new").expect(0, &[]);
-    assert!(scene.path("new/model.yaml").exists());
+    let write = |name: &str, text: &str| fs::write(scene.path(name), text).expect("a file");
+    fs::create_dir(scene.path("d")).expect("a folder");
+    write("d/loss.csv", "mine");
+    write("d/train.log", "begun");
+    train("d").expect(2, &["already holds something else", "--out"]);
+    assert_eq!(fs::read_to_string(scene.path("d/loss.csv")).expect("the file"), "mine");
+    write("d/loss.csv", "stage,step,loss,azimuth\ntrunk,1,NaN,NaN\n");
+    train("d").expect(0, &[]);
+    assert_eq!(fs::read_to_string(scene.path("d/train.log")).expect("the file"), "begun");
+    let again = train("d");
+    again.expect(2, &["model.yaml", "exists"]);
+    assert!(!again.stderr.contains("train views"), "it is refused before views are made: {}", again.stderr);
 }
 
 #[test]

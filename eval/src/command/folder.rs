@@ -10,7 +10,7 @@ pub enum FolderError {
     /// One that is to be read is not there.
     #[error("there is no folder {}", folder.display())]
     Missing { folder: PathBuf },
-    /// One that a dataset was to be written to holds something else.
+    /// One that is to be written to holds something else.
     #[error(
         "{} already holds something else: nothing was changed; choose a new or empty folder with --out",
         folder.display()

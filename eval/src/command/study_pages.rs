@@ -74,7 +74,7 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
                 None => format!(", {key} of the scene"),
             });
         let name = name + &own.collect::<String>();
-        let process = "the same, with a process".to_owned();
+        let process = format!("{name}, with a process");
         for (name, is_process, points) in
             [(name, false, of(&|name| name.to_owned())), (process, true, of(&|name| with_process(name)))]
         {
@@ -148,7 +148,7 @@ mod tests {
             lines,
             [
                 ("2 families, frames of the scene", false, vec![(0, 60.0), (2, 50.0)]),
-                ("the same, with a process", true, vec![(2, 40.0)]),
+                ("2 families, frames of the scene, with a process", true, vec![(2, 40.0)]),
                 ("2 families, frames none", false, vec![(0, 65.0), (2, 20.0)]),
                 ("composites alone, frames of the scene", false, vec![(1, 55.0), (2, 45.0)]),
             ]

@@ -9,9 +9,11 @@ use plotters::coord::ranged1d::SegmentValue;
 use plotters::prelude::*;
 
 const FIGURE: &str = "law";
-const SIZE: (u32, u32) = (960, 500);
-/// Width of the key at the right.
-const KEY: u32 = 300;
+/// Without the key at its right.
+const SIZE: (u32, u32) = (660, 500);
+/// Room for a letter of the key, and for its lines.
+const LETTER: usize = 8;
+const KEY: usize = 48;
 /// Room above the highest point.
 const ROOM: f64 = 1.08;
 
@@ -44,16 +46,29 @@ pub struct Line {
 /// The law as an SVG.
 pub fn law_svg(law: &Law) -> Result<String, FigureError> {
     let top = top(law)?;
-    svg(FIGURE, SIZE, |area| draw(law, top, area))
+    svg(FIGURE, size(law), |area| draw(law, top, area))
 }
 
 /// The same as [`law_svg`], as a PNG.
 pub fn law_png(law: &Law) -> Result<Vec<u8>, FigureError> {
     let top = top(law)?;
-    let mut canvas = Canvas::new(SIZE.0, SIZE.1);
+    let (width, height) = size(law);
+    let mut canvas = Canvas::new(width, height);
     let drawn = draw(law, top, &(&mut canvas).into_drawing_area());
     drawn.map_err(|error| FigureError::Draw { figure: FIGURE, reason: error.to_string() })?;
     canvas.png()
+}
+
+/// With a key that has room for the longest name.
+fn size(law: &Law) -> (u32, u32) {
+    let names = law.lines.iter().map(key_text).chain(law.floor.iter().map(|(name, _)| name.as_str()));
+    let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
+    (SIZE.0 + u32::try_from(KEY + LETTER * longest).unwrap_or(SIZE.0), SIZE.1)
+}
+
+/// What the key calls a line.
+fn key_text(line: &Line) -> &str {
+    if line.is_process { "the same, with a process" } else { &line.name }
 }
 
 /// Where the axis of errors ends.
@@ -78,7 +93,7 @@ where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
-    let (drawn, key) = area.split_horizontally(SIZE.0 - KEY);
+    let (drawn, key) = area.split_horizontally(SIZE.0);
     let mut chart = ChartBuilder::on(&drawn)
         .caption(&law.title, ("sans-serif", 18))
         .margin(10)
@@ -122,7 +137,7 @@ where
                 }
             }
         }
-        key.draw(&key_name(index, &line.name))?;
+        key.draw(&key_name(index, key_text(line)))?;
         chart.draw_series(points.map(|point| Circle::new(point, 3, style.filled())))?;
     }
     if let Some((name, error)) = &law.floor {

@@ -83,8 +83,8 @@ pub enum ModelRefusal {
     },
     /// A row learns the last layer of a decoder, and the model has none.
     #[error(
-        "the model in {} is {kind}: rows decoder_adapted, decoder_checked and decoder_taught learn the decoder of a viewpoint_dependent one; name another \
-         (--model, or `model` in a map), or leave the rows out", folder.display()
+        "the model in {} is {kind}: rows decoder_adapted, decoder_checked and decoder_taught learn the decoder of the first model, a \
+         viewpoint_dependent one; name another first (--model, or `model` in a map), or leave the rows out", folder.display()
     )]
     NotViewpointDependent {
         /// Its folder.

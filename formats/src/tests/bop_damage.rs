@@ -134,6 +134,18 @@ fn symmetries_that_are_none_are_refused() {
 }
 
 #[test]
+fn no_turn_is_no_symmetry() {
+    let (folder, _) = written();
+    let path = folder.path().join("models/models_info.json");
+    let mut infos = json(&path);
+    let own = infos["1"]["symmetries_discrete"].as_array_mut().unwrap();
+    own.push(json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]));
+    fs::write(&path, infos.to_string()).unwrap();
+    let (arrangements, _) = try_read(folder.path(), &mut Outlines).unwrap();
+    assert_eq!(arrangements[0].episode.truth.objects[0].symmetry, Symmetry::Cyclic { order: 2 });
+}
+
+#[test]
 fn words_of_python_for_no_number_are_named() {
     let (folder, _) = written();
     let path = folder.path().join("models/models_info.json");

@@ -188,6 +188,7 @@ fn a_huge_image_is_left_out_and_told() {
     write(&folder.path().join("cup__0.png"));
     let (set, report) = read(folder.path()).unwrap();
     assert_eq!((set.views.len(), &report.skipped[0].file), (1, &huge));
+    assert!(report.skipped[0].reason.contains("make the image smaller"), "{}", report.skipped[0]);
 }
 
 #[cfg(unix)]

@@ -45,7 +45,8 @@ pub(super) fn symmetry(
     for (place, matrix) in discrete.iter().enumerate() {
         let expected = "the 16 numbers of a rigid motion, row by row, the last row 0, 0, 0, 1";
         let turn = turn(matrix).ok_or_else(|| unfit("symmetries_discrete", place, matrix, expected))?;
-        order += usize::from((turn * Vector3::z() - Vector3::z()).norm() < ABOUT_Z);
+        let is_about_z = (turn * Vector3::z() - Vector3::z()).norm() < ABOUT_Z;
+        order += usize::from(is_about_z && turn.angle() > ABOUT_Z);
     }
     Ok(match u8::try_from(order) {
         _ if is_revolution => Symmetry::Revolution,
