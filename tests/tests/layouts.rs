@@ -64,6 +64,19 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     assert_eq!((set.split, set.instances.len()), (Split::Train, 3));
     assert!(set.views.len() >= 110, "{} of 120 views", set.views.len());
 
+    for (views, wrong) in [
+        ("validation", "validation, which --views names"),
+        ("train", "train, which --validation-views names"),
+    ] {
+        let mut train = scene.on(&["train"], "scene.yaml");
+        train.arg("--views").arg(scene.path(views)).arg("--validation-views").arg(scene.path(views));
+        let told = Finished::of(train.arg("--out").arg(scene.path("swapped")));
+        let other = if views == "train" { "validation" } else { "train" };
+        let remedy =
+            format!("holds views of split {views}, expected {other}: import them with `--split {other}`");
+        told.expect(2, &[wrong, &remedy]);
+        assert!(!scene.path("swapped").exists(), "an empty folder is left");
+    }
     Finished::of(&mut scene.train_on_views()).expect(0, &[]);
     assert!(scene.path("model/model.yaml").exists());
 

@@ -3,6 +3,7 @@
 use crate::exit::Ends;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use vantage_dataset::Split;
 
 /// A folder that is not what a command needs.
 #[derive(Debug, Error)]
@@ -16,6 +17,12 @@ pub enum FolderError {
         folder.display()
     )]
     NotOurs { folder: PathBuf },
+    /// A view set of another split than the one it would be used for.
+    #[error(
+        "{}, which {option} names, holds views of split {}, expected {}: import them with `--split {}`, or name another folder",
+        folder.display(), got.name(), expected.name(), expected.name()
+    )]
+    OtherSplit { folder: PathBuf, option: &'static str, got: Split, expected: Split },
 }
 
 impl Ends for FolderError {}

@@ -9,7 +9,8 @@ use crate::result::output_folder::OutputFolder;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use vantage_dataset::store::read_regular;
+use vantage_dataset::Split;
+use vantage_dataset::store::{Content, read_manifest, read_regular};
 use vantage_learn::{
     CANARY, CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, INSTANCE_LIST, LARGEST_FILE, MANIFEST, SHEET, TrainError,
     TrainingDevice,
@@ -21,6 +22,10 @@ const CURVE_HEADER: &str = "stage,step,loss,";
 /// Trains into `args.out`, from where a killed training left it.
 pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchError> {
     let device = if args.gpu { gpu()? } else { TrainingDevice::default() };
+    if let (Some(training), Some(validation)) = (&args.views, &args.validation_views) {
+        check_split(training, "--views", Split::Train)?;
+        check_split(validation, "--validation-views", Split::Validation)?;
+    }
     let out = OutputFolder::probe(&args.out)?;
     let pipeline = Pipeline::open(&args.scene, &args.making.cache, args.making.renderer.into())?;
     let _lock = out.lock(&pipeline.progress)?;
@@ -31,6 +36,17 @@ pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     }
     writeln!(stdout, "model written to {}", out.path().display())?;
     Ok(Exit::Success)
+}
+
+/// Refuses a view set of another split than the one that `option` takes.
+fn check_split(folder: &Path, option: &'static str, expected: Split) -> Result<(), BenchError> {
+    match read_manifest(folder)?.content {
+        Content::Views { split: got } if got != expected => {
+            Err(FolderError::OtherSplit { folder: folder.to_owned(), option, got, expected }.into())
+        }
+        // What is no view set is told by what reads it.
+        Content::Views { .. } | Content::Episode { .. } => Ok(()),
+    }
 }
 
 /// Refuses a folder with a finished model, and one with files that a training would write and that are of none.
