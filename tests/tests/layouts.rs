@@ -165,6 +165,11 @@ fn photographs_are_read_by_the_names_of_their_files() {
     assert_eq!(read_views(&at("cups")).unwrap().instances.len(), 1);
     import("none", &["--objects", "fork"]).expect(2, &["no object fork"]);
     import("high", &["--elevation-deg", "90"]).expect(2, &["-85 to 85"]);
+    for distance in ["1e30", "inf", "NaN", "0.49", "0", "-5"] {
+        import("far", &["--distance", distance])
+            .expect(2, &["--distance", "sizes of the object from 0.5 to 1000"]);
+    }
+    import("near", &["--distance", "0.5"]).expect(0, &[]);
     fs::create_dir(at("empty")).unwrap();
     let mut command = bench();
     command.args(["import", "folder"]).arg(at("empty")).arg("--out").arg(at("nothing"));

@@ -129,6 +129,14 @@ pub(super) fn elevation(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Sizes of an object: from the surface of its sphere to where 5 cm are as far off as scenes have views, 50 m.
+pub(super) fn sizes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(sizes) if (0.5..=1000.0).contains(&sizes) => Ok(sizes),
+        _ => Err("expected sizes of the object from 0.5 to 1000".to_owned()),
+    }
+}
+
 /// A number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

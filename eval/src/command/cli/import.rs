@@ -1,6 +1,6 @@
 //! Options of `bench import`.
 
-use super::choice::{elevation, positive};
+use super::choice::{elevation, sizes};
 use super::{ImportLayout, SplitChoice};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
@@ -47,7 +47,7 @@ pub struct ImportArgs {
     pub elevation_deg: Option<f64>,
     /// Folder: distance of the camera, in sizes of the object.
     /// 5 where it is not given.
-    #[arg(long, value_name = "SIZES", value_parser = positive)]
+    #[arg(long, value_name = "SIZES", allow_negative_numbers = true, value_parser = sizes)]
     pub distance: Option<f64>,
     /// Folder: azimuths grow clockwise, seen from above.
     #[arg(long)]
