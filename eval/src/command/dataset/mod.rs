@@ -94,6 +94,9 @@ trait Format {
     }
 }
 
+/// What begins a format that can hold the scene.
+type Begin<'a> = Box<dyn FnOnce() -> Result<Box<dyn Format + 'a>, BenchError> + 'a>;
+
 /// What a dataset of all seeds is made of.
 struct Source<'a> {
     name: &'a str,
@@ -181,34 +184,12 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
         progress: &progress,
     };
 
-    args.format.iter().try_for_each(|&format| check(format, &source))?;
-    let mut formats: Vec<Box<dyn Format + '_>> = Vec::new();
     let asked = args.format.iter().enumerate().filter(|(i, format)| !args.format[..*i].contains(format));
-    for (_, format) in asked {
-        let at = |name: &str| out.path().join(name);
-        formats.push(match format {
-            DatasetFormat::Vantage => Box::new(Episodes::new(&out, provenance.clone(), &progress)),
-            DatasetFormat::Tum => Box::new(Trajectories::tum(&out, &source)?),
-            DatasetFormat::G2o => Box::new(Trajectories::g2o(&out, &source)?),
-            DatasetFormat::Webdataset => {
-                Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, &source)?)
-            }
-            #[cfg(feature = "formats")]
-            DatasetFormat::Parquet => Box::new(Crops::open(&at("parquet"), CropLayout::Parquet, &source)?),
-            DatasetFormat::Bop => Box::new(Images::open(&at("bop"), BopLayout::Scenes, &source)?),
-            DatasetFormat::BopWebdataset => {
-                let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
-                Box::new(Images::open(&at("bop-webdataset"), layout, &source)?)
-            }
-            #[cfg(feature = "formats")]
-            DatasetFormat::Bigbird => Box::new(BigBird::open(&at("bigbird"), &source)?),
-            DatasetFormat::Avd => Box::new(Avd::open(&at("avd"), &source)?),
-            #[cfg(not(feature = "formats"))]
-            DatasetFormat::Parquet | DatasetFormat::Bigbird => {
-                return Err(crate::left_out::LeftOut::Formats.into());
-            }
-        });
-    }
+    let checked: Vec<Begin<'_>> = asked
+        .map(|(_, &format)| check(format, &out, &provenance, &source))
+        .collect::<Result<_, BenchError>>()?;
+    let mut formats: Vec<Box<dyn Format + '_>> =
+        checked.into_iter().map(|begin| begin()).collect::<Result<_, BenchError>>()?;
     let mut index = Index::read(&out, provenance.clone());
     let mut maker = Maker { out: &out, scene: &scene, progress: &progress, split, renderer: opened.renderer };
     let stage = progress.stage("episodes", seeds.len() as u64);
@@ -251,17 +232,51 @@ pub fn dataset(args: &DatasetArgs, stdout: &mut impl Write) -> Result<Exit, Benc
     }
 }
 
-/// Refuses a format that cannot hold the scene, before another has begun.
-fn check(format: DatasetFormat, source: &Source<'_>) -> Result<(), BenchError> {
-    match format {
-        DatasetFormat::Avd => Avd::check(source),
+/// Refuses a format that cannot hold the scene, before another has begun; what begins it otherwise.
+fn check<'a>(
+    format: DatasetFormat,
+    out: &'a OutputFolder,
+    of_each: &'a Provenance,
+    source: &'a Source<'a>,
+) -> Result<Begin<'a>, BenchError> {
+    let at = move |name: &str| out.path().join(name);
+    let begin: Begin<'a> = match format {
+        DatasetFormat::Vantage => {
+            Box::new(move || Ok(Box::new(Episodes::new(out, of_each.clone(), source.progress))))
+        }
+        DatasetFormat::Tum => Box::new(move || Ok(Box::new(Trajectories::tum(out, source)?))),
+        DatasetFormat::G2o => Box::new(move || Ok(Box::new(Trajectories::g2o(out, source)?))),
+        DatasetFormat::Webdataset => {
+            Box::new(move || Ok(Box::new(Crops::open(&at("webdataset"), CropLayout::WebDataset, source)?)))
+        }
         #[cfg(feature = "formats")]
-        DatasetFormat::Bigbird => BigBird::degrees(source).map(drop),
+        DatasetFormat::Parquet => {
+            Box::new(move || Ok(Box::new(Crops::open(&at("parquet"), CropLayout::Parquet, source)?)))
+        }
+        DatasetFormat::Bop => {
+            Images::check(source)?;
+            Box::new(move || Ok(Box::new(Images::open(&at("bop"), BopLayout::Scenes, source)?)))
+        }
+        DatasetFormat::BopWebdataset => {
+            Images::check(source)?;
+            let layout = BopLayout::WebDataset { images_per_shard: IMAGES_PER_SHARD };
+            Box::new(move || Ok(Box::new(Images::open(&at("bop-webdataset"), layout, source)?)))
+        }
+        #[cfg(feature = "formats")]
+        DatasetFormat::Bigbird => {
+            BigBird::degrees(source)?;
+            Box::new(move || Ok(Box::new(BigBird::open(&at("bigbird"), source)?)))
+        }
+        DatasetFormat::Avd => {
+            Avd::check(source)?;
+            Box::new(move || Ok(Box::new(Avd::open(&at("avd"), source)?)))
+        }
         #[cfg(not(feature = "formats"))]
-        DatasetFormat::Parquet | DatasetFormat::Bigbird => Err(crate::left_out::LeftOut::Formats.into()),
-        DatasetFormat::Bop | DatasetFormat::BopWebdataset => Images::check(source),
-        _ => Ok(()),
-    }
+        DatasetFormat::Parquet | DatasetFormat::Bigbird => {
+            return Err(crate::left_out::LeftOut::Formats.into());
+        }
+    };
+    Ok(begin)
 }
 
 struct Maker<'a> {
