@@ -63,7 +63,7 @@ mod tests;
 
 pub use bop::{
     BopArrangement, BopLayout, BopOptions, BopScenes, BopWriter, DetectionLimits, MeshGeometry, ObjectModel,
-    ReadModel, Scene, Silhouettes, Texture, scene_folders,
+    ReadModel, Scene, Silhouettes, Texture,
 };
 pub use crops::{CropLayout, CropOptions, CropWriter};
 pub use import::{ImportError, ImportReport, Problem, Skipped};

@@ -9,9 +9,7 @@ mod scene_folder;
 use super::shard::{LayoutManifest, Opened, ShardedFolder, keys_of_tar};
 use annotation::{Annotation, camera_file};
 use image_shard::ImageShard;
-pub use import::{
-    BopArrangement, BopScenes, DetectionLimits, MeshGeometry, ReadModel, Silhouettes, scene_folders,
-};
+pub use import::{BopArrangement, BopScenes, DetectionLimits, MeshGeometry, ReadModel, Silhouettes};
 pub use model::{ObjectModel, Texture};
 use scene_folder::SceneFolder;
 use serde::{Deserialize, Serialize};

@@ -276,7 +276,8 @@ fn splits_are_not_mixed() {
     write_scenes(folder.path(), BopLayout::Scenes, &scenes());
     let error = try_read(folder.path(), &mut Never).unwrap_err().to_string();
     assert!(error.contains("several: train, val"), "{error}");
-    assert_eq!(scene_folders(&folder.path().join("val")).unwrap().len(), 2);
+    let of_split = BopScenes::open(&folder.path().join("val"), &mut ImportReport::default()).unwrap();
+    assert_eq!(of_split.scenes.len(), 2);
 }
 
 #[test]

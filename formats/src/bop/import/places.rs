@@ -59,15 +59,6 @@ impl BopScenes {
     }
 }
 
-/// The folder itself where it is a scene, the scenes in it, or those of its only split.
-///
-/// # Errors
-///
-/// No scene with annotations, or several splits.
-pub fn scene_folders(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
-    find(folder).map(|found| found.scenes)
-}
-
 /// Folders by name.
 struct Found {
     scenes: Vec<PathBuf>,
@@ -84,6 +75,7 @@ impl Found {
     }
 }
 
+/// The folder itself where it is a scene, the scenes in it, or those of its only split.
 fn find(folder: &Path) -> Result<Found, ImportError> {
     if folder.join(GT).is_file() {
         return Ok(Found { scenes: vec![folder.to_owned()], bare: Vec::new() });
