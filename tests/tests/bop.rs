@@ -72,8 +72,8 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
     import("none", &["--objects", "obj_000001"]).expect(2, &["--objects is for a view set"]);
     import("none", &["--views", "--objects", "obj_000099"]).expect(2, &["no object obj_000099"]);
 
-    let broken = scene.path("broken");
-    fs::create_dir(&broken).unwrap();
+    let broken = scene.path("broken/test/000000");
+    fs::create_dir_all(&broken).unwrap();
     let whole = scene.path("d/bop/test/000000");
     for name in ["scene_gt.json", "scene_camera.json"] {
         let text = fs::read_to_string(whole.join(name)).unwrap();
@@ -82,9 +82,16 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
             all.into_iter().filter(|(image, _)| image == "0" || image == "1").collect();
         fs::write(broken.join(name), serde_json::to_vec(&two).unwrap()).unwrap();
     }
-    let mut command = bench();
-    command.args(["import", "bop"]).arg(&broken).arg("--out").arg(scene.path("too_few"));
-    Finished::of(&mut command).expect(4, &["fewer than 3"]);
+    let import = || {
+        let mut command = bench();
+        command.args(["import", "bop"]).arg(scene.path("broken")).arg("--out").arg(scene.path("none"));
+        Finished::of(&mut command)
+    };
+    let without = import();
+    without.expect(5, &["broken, models: got no folder of them", "fetch the dataset's models"]);
+    assert!(!without.stderr.contains("fewer than 3") && !scene.path("none").exists(), "{without:?}");
+    fs::rename(scene.path("d/bop/models"), scene.path("broken/models")).unwrap();
+    import().expect(4, &["fewer than 3"]);
 
     let recorded = |seeds: &str, folder: &str| {
         let changed = format!("evaluation: {{ seeds: {seeds}, episodes: {folder} }}");

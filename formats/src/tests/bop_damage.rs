@@ -105,13 +105,18 @@ fn images_without_an_entry_are_left_out_and_told() {
 }
 
 #[test]
-fn without_models_it_is_told_where_they_were_looked_for() {
+fn without_models_it_is_told_at_once_where_they_were_looked_for() {
     let (folder, _) = written();
     fs::rename(folder.path().join("models"), folder.path().join("meshes")).unwrap();
-    let (arrangements, report) = try_read(folder.path(), &mut Outlines).unwrap();
-    let told = told(&report);
-    let folders = "none of models, models_eval, models_cad, models_reconst in";
-    assert!(arrangements.is_empty() && told[0].contains(folders) && told[0].contains("train"), "{told:?}");
+    // It is no annotation, and yet not what is told.
+    fs::write(folder.path().join("train/000000/scene_gt.json"), "{").unwrap();
+    for place in ["", "train", "train/000000"] {
+        let error = try_read(&folder.path().join(place), &mut Outlines).unwrap_err().to_string();
+        let folders =
+            "got no folder of them, expected one of models, models_eval, models_cad, models_reconst, in";
+        assert!(error.contains(folders) && error.contains("train or in"), "{error}");
+        assert!(error.ends_with("fetch the dataset's models"), "{error}");
+    }
 }
 
 #[test]

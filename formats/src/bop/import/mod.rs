@@ -129,9 +129,7 @@ impl BopScenes {
         let mut tracks = Vec::new();
         for (key, pose) in &arrangement.placements {
             let Some(model) = self.models.get(&key.object) else {
-                if let Some(file) = &self.models_info {
-                    sights.report.skip(file, format!("object {key}: no entry, and so no model"));
-                }
+                sights.report.skip(&self.models_info, format!("object {key}: no entry, and so no model"));
                 continue;
             };
             tracks.push(*key);

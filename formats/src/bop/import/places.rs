@@ -12,6 +12,7 @@ pub(super) const GT: &str = "scene_gt.json";
 const MODELS: [&str; 4] = ["models", "models_eval", "models_cad", "models_reconst"];
 const REMEDY: &str = "name the dataset's folder, that of a split, or that of one scene";
 const ANNOTATE: &str = "fetch the annotations, or name a split that has them";
+const FETCH_MODELS: &str = "fetch the dataset's models";
 /// Scenes without annotations that are named, of one folder.
 const NAMED: usize = 10;
 
@@ -21,40 +22,31 @@ pub struct BopScenes {
     /// The scenes' folders, by name.
     pub scenes: Vec<PathBuf>,
     pub(super) models: BTreeMap<u32, ReadModel>,
-    /// The file that lists the models; none where no folder of models is there.
-    pub(super) models_info: Option<PathBuf>,
+    /// The file that lists the models.
+    pub(super) models_info: PathBuf,
     pub(super) dataset: String,
 }
 
 impl BopScenes {
-    /// Finds the scenes of `folder`, and reads the models beside them or above. Scenes without annotations are told, as is that no folder of
-    /// models is there.
+    /// Finds the scenes of `folder`, and reads the models beside them or above. Scenes without annotations are told.
     ///
     /// # Errors
     ///
-    /// No scene with annotations or several splits in the folder, and a `models_info.json` that contradicts the layout.
+    /// No scene with annotations or several splits in the folder, no folder of models, and a `models_info.json` that contradicts the
+    /// layout.
     pub fn open(folder: &Path, report: &mut ImportReport) -> Result<Self, ImportError> {
         let Found { scenes, bare } = find(folder)?;
         tell_bare(&bare, report);
         let absolute = scenes[0].canonicalize().map_err(ImportError::read(&scenes[0]))?;
         let above: Vec<&Path> = absolute.ancestors().skip(1).take(2).collect();
-        let models = above
+        let found = above
             .iter()
             .flat_map(|place| MODELS.map(|name| (*place, place.join(name))))
             .find(|(_, models)| models.is_dir());
-        let root = models.as_ref().map_or(absolute.as_path(), |(root, _)| *root);
-        let dataset = root.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let (models, models_info) = match models {
-            Some((_, models)) => (read_models(&models, report)?, Some(models.join(INFO))),
-            None => {
-                let places: Vec<String> = above.iter().map(|place| place.display().to_string()).collect();
-                let (folders, places) = (MODELS.join(", "), places.join(" and in "));
-                let why =
-                    format!("all objects, as no folder of models is there: none of {folders} in {places}");
-                report.skip(above.last().copied().unwrap_or(&absolute), why);
-                (BTreeMap::new(), None)
-            }
-        };
+        let Some((root, models)) = found else { return Err(no_models(&absolute, &above)) };
+        let dataset = name_of(root);
+        let models_info = models.join(INFO);
+        let models = read_models(&models, report)?;
         Ok(Self { scenes, models, models_info, dataset })
     }
 }
@@ -111,6 +103,14 @@ fn no_scene(folder: &Path, bare: &[PathBuf]) -> ImportError {
         Some(scene) => ImportError::invalid(scene, "annotations", format!("no {GT}"), expected, ANNOTATE),
         None => ImportError::invalid(folder, "scenes", "none", expected, REMEDY),
     }
+}
+
+/// That no folder of models is where those of a scene may be; without sizes no object is one.
+fn no_models(scene: &Path, above: &[&Path]) -> ImportError {
+    let places: Vec<String> = above.iter().map(|place| place.display().to_string()).collect();
+    let expected = format!("one of {}, in {}", MODELS.join(", "), places.join(" or in "));
+    let dataset = above.last().copied().unwrap_or(scene);
+    ImportError::invalid(dataset, "models", "no folder of them", expected, FETCH_MODELS)
 }
 
 /// Tells of scenes without annotations, those of one folder in one line.
