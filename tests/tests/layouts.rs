@@ -191,6 +191,9 @@ fn options_without_effect_on_what_is_imported_are_refused() {
             import(layout, option).expect(2, &[option[0], "is for `folder`"]);
         }
     }
+    for layout in ["bigbird", "folder"] {
+        import(layout, &["--views"]).expect(2, &["--views is for `avd` and `bop`"]);
+    }
     for layout in ["avd", "bop"] {
         let drawn = ["--views", "--like", "sparse_loop", "--draws", "2"];
         import(layout, &drawn).expect(2, &["--draws", "--views"]);

@@ -29,6 +29,11 @@ pub enum ImportRefusal {
     /// Objects or a split are chosen of an episode, which has all objects and no split.
     #[error("{option} is for a view set: add --views")]
     ForViewSets { option: &'static str },
+    /// A view set is asked for of a layout that gives nothing else.
+    #[error(
+        "--views is for `avd` and `bop`, which give episodes without it: leave it out, a view set is written anyway"
+    )]
+    ViewsAnyway,
     /// A camera is described to a layout that has its own.
     #[error("{option} is for `folder`, whose files do not say it: leave it out")]
     ForPhotographs { option: &'static str },

@@ -97,6 +97,9 @@ fn refuse_idle(args: &ImportArgs) -> Result<(), ImportRefusal> {
     if let Some(option) = given(&of_view_sets).filter(|_| has_motion && !args.views) {
         return Err(ImportRefusal::ForViewSets { option });
     }
+    if args.views && !has_motion {
+        return Err(ImportRefusal::ViewsAnyway);
+    }
     let of_photographs = [
         ("--elevation-deg", args.elevation_deg.is_some()),
         ("--distance", args.distance.is_some()),
