@@ -2,7 +2,7 @@
 
 use super::error::{Fault, StoreError};
 use super::file_record::FileRecord;
-use super::whole_file::{self, open_regular, read_regular, write_atomically};
+use super::whole_file::{self, file_kind, open_regular, read_regular, write_atomically};
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
@@ -129,9 +129,14 @@ fn regular_file(folder: &Path, name: &str) -> Result<PathBuf, StoreError> {
             }
             Err(source) => return Err(StoreError::Read { path, source }),
         };
-        let right = if i + 1 == parts.len() { kind.is_file() } else { kind.is_dir() };
+        let (right, expected) = if i + 1 == parts.len() {
+            (kind.is_file(), "a regular file, not a link")
+        } else {
+            (kind.is_dir(), "a folder, not a link")
+        };
         if !right {
-            let fault = Fault::new(name, None, "type", format!("{kind:?}"), "a regular file, not a link");
+            let place: PathBuf = parts[..=i].iter().collect();
+            let fault = Fault::new(&place.to_string_lossy(), None, "type", file_kind(kind), expected);
             return Err(StoreError::invalid(folder)(fault));
         }
     }

@@ -43,7 +43,7 @@ pub use pose_fields::pose_fields;
 pub use replaced::replace;
 pub use tum::write_tum;
 pub use views::{read_views, write_views};
-pub use whole_file::{open_regular, read_regular, rename_durably, write_atomically};
+pub use whole_file::{file_kind, open_regular, read_regular, rename_durably, write_atomically};
 
 /// The format this version writes, and the newest it reads; every manifest and every cache key holds it.
 pub const FORMAT: u32 = 1;

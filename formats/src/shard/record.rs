@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
-use vantage_dataset::store::{Fault, FileRecord, StoreError, hash_and_sync, sync_folder};
+use vantage_dataset::store::{Fault, FileRecord, StoreError, file_kind, hash_and_sync, sync_folder};
 
 /// The record of a file, or of all files in a folder; what was written of them is on disk afterwards.
 pub(super) fn record(path: &Path) -> Result<FileRecord, StoreError> {
@@ -36,7 +36,7 @@ fn list(root: &Path, prefix: &str, names: &mut Vec<String>) -> Result<(), StoreE
         } else if kind.is_file() {
             names.push(name);
         } else {
-            let fault = Fault::new(&name, None, "type", format!("{kind:?}"), "a regular file, not a link");
+            let fault = Fault::new(&name, None, "type", file_kind(kind), "a regular file, not a link");
             return Err(StoreError::invalid(root)(fault));
         }
     }

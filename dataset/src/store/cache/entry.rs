@@ -5,6 +5,7 @@ use super::super::error::{Fault, StoreError};
 use super::super::file_record::FileRecord;
 use super::super::hashed_file::{hash_and_sync, inside, make_folder, sync_folder, verify_files};
 use super::super::manifest::{read_json, write_json};
+use super::super::whole_file::file_kind;
 use super::Key;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -92,7 +93,7 @@ fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, FileRecord>
         } else if kind.is_file() {
             files.insert(name, hash_and_sync(&path)?);
         } else {
-            let fault = Fault::new(&name, None, "type", format!("{kind:?}"), "a regular file or a folder");
+            let fault = Fault::new(&name, None, "type", file_kind(kind), "a regular file or a folder");
             return Err(StoreError::unfit(folder)(fault));
         }
     }

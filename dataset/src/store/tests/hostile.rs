@@ -196,6 +196,27 @@ fn links_are_not_followed() {
     assert!(read_observations(inner.path()).unwrap_err().to_string().contains("not a link"));
 }
 
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_told_by_its_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    write_episode(folder.path(), &episode(Seed(2), 2, 1), Provenance::new()).unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::remove_file(at("camera.json")).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(at("camera.json")).status().unwrap().success());
+    let told = || read_observations(folder.path()).unwrap_err().to_string();
+    let expected = "expected a regular file, not a link";
+    let pipe = format!("camera.json, type: got a pipe, a socket or a device, {expected}");
+    assert!(told().contains(&pipe), "{}", told());
+    fs::remove_file(at("camera.json")).unwrap();
+    fs::create_dir(at("camera.json")).unwrap();
+    assert!(told().contains(&format!("camera.json, type: got a folder, {expected}")), "{}", told());
+    fs::remove_dir_all(at("truth")).unwrap();
+    fs::write(at("truth"), "").unwrap();
+    let told = read_truth(folder.path()).unwrap_err().to_string();
+    assert!(told.contains("truth, type: got a regular file, expected a folder, not a link"), "{told}");
+}
+
 #[test]
 fn what_breaks_the_format_is_not_written() {
     let breaks: [fn(&mut Episode); 7] = [
