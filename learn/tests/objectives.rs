@@ -58,12 +58,14 @@ fn every_objective_leaves_a_model_of_its_kind_that_runs() {
     let single = TrainingSpec { views: 1, context: 1, instance_weight: 0.0, ..tiny_spec() };
     let likelihood =
         TrainingSpec { instance_term: InstanceTerm::Likelihood, instance_weight: 1.0, ..tiny_spec() };
+    let augmented = TrainingSpec { trunk_augmentation: 0.5, ..tiny_spec() };
     let rival = |objective| TrainingSpec { objective, ..tiny_spec() };
     let framed = |objective, frames| TrainingSpec { frames, ..rival(objective) };
     let set = toured(training_views());
     for (spec, kind, viewing, steady) in [
         (TrainingSpec { pairs_per_harmonic: 0, ..tiny_spec() }, Kind::ViewpointDependent, true, 30),
         (single, Kind::ViewpointDependent, true, STEADY),
+        (augmented, Kind::ViewpointDependent, true, STEADY),
         (likelihood, Kind::ViewpointDependent, true, STEADY),
         (predictive(PredictiveSpec::default()), Kind::ViewpointPredictive, true, STEADY),
         (predictive(adjacent), Kind::ViewpointPredictive, true, STEADY),
@@ -205,6 +207,15 @@ fn the_predictive_model_reads_odometry_and_nothing_true() {
     }
     let told = predictive(PredictiveSpec { motion: Motion::TrueObjectCentred, ..PredictiveSpec::default() });
     assert!(curve(&set, &told) != curve(&lied_to, &told));
+}
+
+#[test]
+fn an_augmented_trunk_learns_from_other_crops_and_again_from_the_same() {
+    let set = training_views();
+    let by = |trunk_augmentation| curve(&set, &TrainingSpec { trunk_augmentation, ..tiny_spec() });
+    assert!(by(0.5) == by(0.5));
+    assert!(by(0.5) != by(0.0));
+    assert!(by(0.0) == curve(&set, &tiny_spec()));
 }
 
 #[test]

@@ -74,6 +74,11 @@ pub struct TrainingSpec {
     #[garde(range(min = 0.0, max = 1e3), custom(not_nan), custom(beside_viewpoints(self)))]
     #[serde(skip_serializing_if = "is_default")]
     pub trunk_instance_weight: f64,
+    /// Strength by which the crops of a step of the trunk are altered, 0 by default: each gets a gain of `exp(-strength)` to `exp(strength)`, a
+    /// fifth of that for each channel, and is moved by up to `4 strength` pixels each way.
+    #[garde(range(min = 0.0, max = 2.0), custom(not_nan))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub trunk_augmentation: f64,
     /// Crops in a step of the trunk.
     #[garde(range(min = 1, max = 4096))]
     pub trunk_batch: u32,
@@ -140,6 +145,7 @@ impl Default for TrainingSpec {
             class: None,
             trunk_steps: 2000,
             trunk_instance_weight: 0.0,
+            trunk_augmentation: 0.0,
             trunk_batch: 128,
             steps: 3000,
             batch: 48,
@@ -274,6 +280,19 @@ mod tests {
             assert_eq!(told.is_ok(), takes_it, "{objective:?}");
             assert!(told.err().is_none_or(|told| told.contains("trunk_instance_weight: is 0.5")));
         }
+    }
+
+    #[test]
+    fn strengths_of_augmentation_are_checked_and_written_where_crops_are_altered() {
+        let altered = |trunk_augmentation| TrainingSpec { trunk_augmentation, ..TrainingSpec::default() };
+        altered(2.0).validate().unwrap();
+        for strength in [-0.1, 2.1, f64::NAN] {
+            assert!(altered(strength).validate().unwrap_err().to_string().contains("trunk_augmentation"));
+        }
+        let written = |strength| serde_json::to_string(&altered(strength)).unwrap();
+        assert!(
+            written(0.5).contains(r#""trunk_augmentation":0.5"#) && !written(0.0).contains("augmentation")
+        );
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub(crate) mod store;
 
 use crate::architecture::{Architecture, UPRIGHT};
 use crate::spec::{Task, TrainingSpec};
+use crate::train::data::augmentation;
 use crate::train::data::components::Components;
 use crate::train::data::views::Views;
 use crate::train::network::exponential::log_softmax;
@@ -20,7 +21,7 @@ use info_nce::Row;
 use nalgebra::{Matrix3, Vector3};
 use network::TrunkWithHead;
 use std::f64::consts::PI;
-use vantage_dataset::{Seed, Stream};
+use vantage_dataset::{Crop, Seed, Stream};
 
 /// Angles that the head tells apart.
 pub(crate) const BINS: usize = 48;
@@ -81,15 +82,23 @@ pub(crate) fn step(network: &TrunkWithHead, data: &TrunkData, index: usize) -> S
     let TrunkData { task, views, spec, seed, device, .. } = *data;
     let mut stream = seed.stream("trunk batch", index as u64);
     let batch = draw(task, views, spec, &mut stream);
+    let mut crops = views.crops(batch.iter().copied());
+    let altered: Vec<Crop>;
+    if spec.trunk_augmentation > 0.0 {
+        altered = crops
+            .iter()
+            .map(|crop| augmentation::altered(crop, spec.trunk_augmentation, &mut stream))
+            .collect();
+        crops = altered.iter().collect();
+    }
     if data.on_gpu {
-        let convolved =
-            burn_convolution::convolved(&network.trunk, &views.crops(batch.iter().copied()), device);
+        let convolved = burn_convolution::convolved(&network.trunk, &crops, device);
         let (total, terms) = data.loss(network, network.trunk.features(convolved), &batch);
         let loss = scalar(&total);
         return Step { loss, terms, gradients: GradientsParams::from_grads(total.backward(), network) };
     }
     let convolutions = network.trunk.convolutions();
-    let pass = convolutions.pass(&views.crops(batch.iter().copied()));
+    let pass = convolutions.pass(&crops);
     let convolved = table(pass.outputs(), batch.len(), device).require_grad();
     let features = network.trunk.features(convolved.clone());
     let (total, terms) = data.loss(network, features, &batch);

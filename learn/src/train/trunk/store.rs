@@ -31,7 +31,13 @@ impl TrunkStore {
         let task = format!("{:?} {:?}", spec.traits().task, spec.predictive.motion);
         let sizes =
             (&architecture.trunk, architecture.features, architecture.measurement, architecture.components);
-        let descent = (spec.trunk_steps, spec.trunk_batch, spec.learning_rate, spec.trunk_instance_weight);
+        let descent = (
+            spec.trunk_steps,
+            spec.trunk_batch,
+            spec.learning_rate,
+            spec.trunk_instance_weight,
+            spec.trunk_augmentation,
+        );
         let decides =
             (env!("CARGO_PKG_VERSION"), &origin.data_hash, &origin.provenance, task, sizes, descent, seed);
         let json = serde_json::to_vec(&decides).expect("numbers and strings become JSON");
