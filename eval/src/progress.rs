@@ -38,9 +38,17 @@ pub struct Progress(Target);
 #[derive(Clone)]
 enum Target {
     Notes,
-    Once(Arc<Mutex<BTreeSet<String>>>),
+    Within { said: Arc<Mutex<BTreeSet<String>>>, outer: Option<Outer> },
     Bars,
     Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration },
+}
+
+/// The stage that others are within.
+#[derive(Clone)]
+struct Outer {
+    name: String,
+    total: u64,
+    shown: Arc<Shown>,
 }
 
 /// Seconds between two lines of one stage.
@@ -60,7 +68,17 @@ impl Progress {
 
     /// Notes alone, each of them once: for what is done again and again within a stage that is shown.
     pub fn notes_once() -> Self {
-        Self(Target::Once(Arc::default()))
+        Self(Target::Within { said: Arc::default(), outer: None })
+    }
+
+    /// The same for what is done within `stage`, whose bar or lines say how far that is, too.
+    pub fn within(&self, stage: &Stage) -> Self {
+        let said = match &self.0 {
+            Target::Within { said, .. } => Arc::clone(said),
+            _ => Arc::default(),
+        };
+        let outer = Outer { name: stage.name.clone(), total: stage.total, shown: Arc::clone(&stage.shown) };
+        Self(Target::Within { said, outer: Some(outer) })
     }
 
     /// Lines on `sink`, no two of one stage within `pause` but the first and last.
@@ -77,7 +95,7 @@ impl Progress {
     pub fn note(&self, line: &str) {
         match &self.0 {
             Target::Notes | Target::Bars => say(line),
-            Target::Once(said) => {
+            Target::Within { said, .. } => {
                 if said.lock().unwrap_or_else(PoisonError::into_inner).insert(line.to_owned()) {
                     say(line);
                 }
@@ -90,7 +108,10 @@ impl Progress {
     pub fn stage(&self, name: &str, total: u64) -> Stage {
         let now = Instant::now();
         let shown = match &self.0 {
-            Target::Notes | Target::Once(_) => Shown::Nowhere,
+            Target::Notes | Target::Within { outer: None, .. } => Shown::Nowhere,
+            Target::Within { outer: Some(outer), .. } => {
+                Shown::Within { outer: outer.clone(), done: Mutex::new(0) }
+            }
             Target::Bars => {
                 let bar = ProgressBar::new(total).with_message(name.to_owned());
                 if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len}, {eta} left") {
@@ -104,7 +125,7 @@ impl Progress {
                 state: Mutex::new(LineState { done: 0, last: now }),
             },
         };
-        Stage { name: name.to_owned(), total, start: now, shown }
+        Stage { name: name.to_owned(), total, start: now, shown: Arc::new(shown) }
     }
 }
 
@@ -113,13 +134,14 @@ pub struct Stage {
     name: String,
     total: u64,
     start: Instant,
-    shown: Shown,
+    shown: Arc<Shown>,
 }
 
 enum Shown {
     Nowhere,
     Bar(ProgressBar),
     Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration, state: Mutex<LineState> },
+    Within { outer: Outer, done: Mutex<u64> },
 }
 
 struct LineState {
@@ -130,7 +152,7 @@ struct LineState {
 impl Stage {
     /// Notes that `steps` more are done.
     pub fn advance(&self, steps: u64) {
-        match &self.shown {
+        match &*self.shown {
             Shown::Nowhere => {}
             Shown::Bar(bar) => bar.inc(steps),
             Shown::Lines { sink, pause, state } => {
@@ -141,6 +163,28 @@ impl Stage {
                     print(sink, &format!("{}: {} of {}", self.name, state.done, self.total));
                 }
             }
+            Shown::Within { outer, done } => {
+                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                *done += steps;
+                outer.say(&format!("{}: {done} of {}", self.name, self.total));
+            }
+        }
+    }
+}
+
+impl Outer {
+    /// Says how far a stage within this one is.
+    fn say(&self, within: &str) {
+        match &*self.shown {
+            Shown::Nowhere | Shown::Within { .. } => {}
+            Shown::Bar(bar) => bar.set_message(format!("{}, {within}", self.name)),
+            Shown::Lines { sink, pause, state } => {
+                let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+                if state.last.elapsed() >= *pause {
+                    state.last = Instant::now();
+                    print(sink, &format!("{}: {} of {}, {within}", self.name, state.done, self.total));
+                }
+            }
         }
     }
 }
@@ -148,8 +192,8 @@ impl Stage {
 impl Drop for Stage {
     fn drop(&mut self) {
         let seconds = self.start.elapsed().as_secs_f64();
-        match &self.shown {
-            Shown::Nowhere => {}
+        match &*self.shown {
+            Shown::Nowhere | Shown::Within { .. } => {}
             Shown::Bar(bar) => bar.finish_and_clear(),
             Shown::Lines { sink, state, .. } => {
                 let done = state.lock().unwrap_or_else(PoisonError::into_inner).done;
@@ -212,5 +256,22 @@ mod tests {
         let chatty = lines(Duration::ZERO);
         assert_eq!(chatty[..3], ["render: 1 of 4", "render: 2 of 4", "render: 3 of 4"]);
         assert_eq!(chatty.len(), 4);
+    }
+
+    #[test]
+    fn a_stage_within_another_is_said_on_the_lines_of_that() {
+        let sink = Sink::default();
+        let cells = Progress::lines_to(sink.clone(), Duration::ZERO).stage("cells", 2);
+        let estimates = Progress::notes_once().within(&cells).stage("estimates", 2);
+        estimates.advance(1);
+        cells.advance(1);
+        estimates.advance(1);
+        drop(estimates);
+        let bytes = sink.0.lock().unwrap().clone();
+        let lines: Vec<&str> = std::str::from_utf8(&bytes).unwrap().lines().collect();
+        assert_eq!(
+            lines,
+            ["cells: 0 of 2, estimates: 1 of 2", "cells: 1 of 2", "cells: 1 of 2, estimates: 2 of 2"]
+        );
     }
 }

@@ -102,6 +102,7 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     asked.expect(0, &["validation views", "known_views 1000: no scored object"]);
     assert!(!asked.stderr.contains("known_views 2: no scored object"), "{}", asked.stderr);
     assert!(!asked.stderr.contains("train views"), "nothing is trained: {}", asked.stderr);
+    assert!(asked.stdout.contains("known_views_2, "), "{}", asked.stdout);
     assert!(scene.path("out/studies/imported/study.json").exists());
     let tables = fs::read_to_string(scene.path("out/studies/imported/tables.md")).unwrap();
     let known = tables.split("known_views_2, ").nth(1).unwrap();
@@ -123,6 +124,11 @@ fn a_model_learns_from_turntables_in_the_layout_of_bigbird() {
     let tables = fs::read_to_string(scene.path("out/studies/known/tables.md")).unwrap();
     let known = tables.split("known_views_2, ").nth(1).unwrap();
     assert!(known.contains("| own ") && known.contains("| gaussian_process "), "{known}");
+    let swapped = trained.replace(": train\n", ": validation\n");
+    scene.study("swapped", &format!("{swapped}variants:\n  - {{ name: own, note: same }}\n")).expect(
+        2,
+        &["validation, which `training_views` of", "holds views of split validation", "`--split train`"],
+    );
     let few = "variants:\n  - { name: own, note: same, composites: 0 }\n";
     scene.study("few", &format!("{trained}{few}")).expect(2, &["scored as known"]);
     let variants = "variants:\n  - { name: own, note: same, model: { objective: viewpoint_predictive } }\n";

@@ -2,7 +2,7 @@
 
 use crate::command::cli::TrainArgs;
 use crate::command::error::BenchError;
-use crate::command::folder::FolderError;
+use crate::command::folder::{FolderError, check_split};
 use crate::exit::Exit;
 use crate::pipeline::{Pipeline, StageError, train as train_into, train_on};
 use crate::result::output_folder::OutputFolder;
@@ -10,7 +10,7 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 use vantage_dataset::Split;
-use vantage_dataset::store::{Content, read_manifest, read_regular};
+use vantage_dataset::store::read_regular;
 use vantage_learn::{
     CANARY, CHECKPOINT, CURVE_PICTURE, CURVE_TABLE, INSTANCE_LIST, LARGEST_FILE, MANIFEST, SHEET, TrainError,
     TrainingDevice,
@@ -36,17 +36,6 @@ pub fn train(args: &TrainArgs, stdout: &mut impl Write) -> Result<Exit, BenchErr
     }
     writeln!(stdout, "model written to {}", out.path().display())?;
     Ok(Exit::Success)
-}
-
-/// Refuses a view set of another split than the one that `option` takes.
-fn check_split(folder: &Path, option: &'static str, expected: Split) -> Result<(), BenchError> {
-    match read_manifest(folder)?.content {
-        Content::Views { split: got } if got != expected => {
-            Err(FolderError::OtherSplit { folder: folder.to_owned(), option, got, expected }.into())
-        }
-        // What is no view set is told by what reads it.
-        Content::Views { .. } | Content::Episode { .. } => Ok(()),
-    }
 }
 
 /// Refuses a folder with a finished model, and one with files that a training would write and that are of none.

@@ -178,6 +178,7 @@ fn make_part(source: &Source, making: &MakingArgs, seeds: Option<u64>, part: Par
         return Ok(());
     }
     let stage = Progress::detect().stage("cells", sequences.iter().map(Vec::len).sum::<usize>() as u64);
+    let progress = progress.within(&stage);
     for sequence in &sequences {
         let mut before = Lessons::new();
         for Planned { drive, passes, .. } in sequence {
@@ -234,12 +235,13 @@ fn make(
     };
     each_row_once(&source.path, sequences.iter().flatten(), as_cell)?;
     let stage = progress.stage("cells", sequences.iter().map(Vec::len).sum::<usize>() as u64);
+    let within = of_cells.within(&stage);
     let (mut tables, mut seals) = (Vec::new(), blake3::Hasher::new());
     for sequence in &sequences {
         let mut before = Lessons::new();
         for Planned { name, drive, passes } in sequence {
             let started = Instant::now();
-            let made = cell(&Cell { drive: *drive, ..as_cell(passes) }, &before)?;
+            let made = cell(&Cell { drive: *drive, progress: &within, ..as_cell(passes) }, &before)?;
             before = made.lessons;
             let methods: Vec<&str> = made.methods.iter().map(String::as_str).collect();
             let reference = Row::Geometric.to_string();

@@ -7,7 +7,7 @@ use super::figures::latents;
 use super::study_pages::{STUDY_FILE, study_pages};
 use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
-use crate::command::folder::is_there;
+use crate::command::folder::{check_split, is_there};
 use crate::command::places::places;
 use crate::command::report::{REPORT, page_of};
 use crate::command::sweep::Part;
@@ -30,12 +30,13 @@ use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
 use crate::scene_file::study::{Scored, StudyFile, VariantError};
 use crate::score::known_views::known_view_scores;
 use crate::score::unseen_table::OF_LATENTS;
-use scores::StudyScores;
+use scores::{StudyScores, known_views_table};
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use vantage_dataset::Seed;
+use vantage_dataset::{Seed, Split};
 use vantage_learn::Objective;
 use worst::{WORST, worst_png};
 
@@ -73,13 +74,16 @@ fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
     let pipeline =
         Pipeline::open(&beside.join(&study.scene), &args.making.cache, args.making.renderer.into())?;
     let seeds: Vec<Seed> = (1..=study.seeds).map(Seed).collect();
-    let imported = |setting: &str, folder: &Option<PathBuf>| {
+    let imported = |setting: &str, folder: &Option<PathBuf>, expected: Option<Split>| {
+        let Some(folder) = folder.as_ref().map(|folder| beside.join(folder)) else { return Ok(None) };
         let named_by = format!("`{setting}` of {}", args.study.display());
-        folder.as_ref().map(|folder| imported_views(&beside.join(folder), &named_by)).transpose()
+        let views = imported_views(&folder, &named_by)?;
+        expected.map_or(Ok(()), |split| check_split(&folder, &named_by, split))?;
+        Ok::<_, BenchError>(Some(views))
     };
     let in_place = ImportedViews {
-        training: imported("training_views", &study.training_views)?,
-        validation: imported("validation_views", &study.validation_views)?,
+        training: imported("training_views", &study.training_views, Some(Split::Train))?,
+        validation: imported("validation_views", &study.validation_views, Some(Split::Validation))?,
     };
     let finished = finished(&pipeline, &study, &in_place, (&args.study, &args.making.cache), &seeds)?;
     let other = study
@@ -98,7 +102,7 @@ fn make(args: &StudyArgs, study: StudyFile) -> Result<Made, BenchError> {
     };
 
     let started = Instant::now();
-    let elsewhere = match (imported("views", &study.views)?, &other) {
+    let elsewhere = match (imported("views", &study.views, None)?, &other) {
         (Some(views), _) => Some(vec![views]),
         (None, Some(other)) => Some(test_views(other, other.file.evaluation.seeds.as_slice())?),
         (None, None) => None,
@@ -137,8 +141,11 @@ fn write(out: &OutputFolder, made: Made, stdout: &mut impl Write) -> Result<Exit
     report::write(&folder, &results, &manifest)?;
     folder.finish(&manifest)?;
     progress.note(&format!("written to {}", place.display()));
-    if let Some(table) = results.table(OF_LATENTS.name) {
-        writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
+    let of_known = study.known_views.iter().map(|&known| known_views_table(known));
+    for name in iter::once(OF_LATENTS.name.to_owned()).chain(of_known) {
+        if let Some(table) = results.table(&name) {
+            writeln!(stdout, "{}", table_text::tables(table, Style::terminal()))?;
+        }
     }
     let kinds = [
         ("report", vec![REPORT]),

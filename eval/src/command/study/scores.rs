@@ -61,8 +61,7 @@ impl StudyScores {
             .collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let of_known = self.known_views.into_iter().map(|(known, runs)| {
-            let name = format!("known_views_{known}");
-            Table::new(&name, &names, Some(GAUSSIAN_PROCESS), &METRICS, seeds, runs)
+            Table::new(&known_views_table(known), &names, Some(GAUSSIAN_PROCESS), &METRICS, seeds, runs)
         });
         let of_known: Vec<Result<Table, TableError>> = of_known.collect();
         let runs = TABLES.iter().zip(self.runs).zip(self.floors);
@@ -80,6 +79,11 @@ impl StudyScores {
         };
         runs.map(table).chain(of_known).collect()
     }
+}
+
+/// Name of the table of azimuths from `known` views.
+pub fn known_views_table(known: usize) -> String {
+    format!("known_views_{known}")
 }
 
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
