@@ -1,11 +1,9 @@
 //! Folders that a command is given.
 
-use crate::command::error::BenchError;
 use crate::exit::Ends;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vantage_dataset::Split;
-use vantage_dataset::store::{Content, read_manifest};
 
 /// A folder that is not what a command needs.
 #[derive(Debug, Error)]
@@ -32,16 +30,4 @@ impl Ends for FolderError {}
 /// Refuses a folder that is not there.
 pub fn is_there(folder: &Path) -> Result<(), FolderError> {
     if folder.is_dir() { Ok(()) } else { Err(FolderError::Missing { folder: folder.to_owned() }) }
-}
-
-/// Refuses a view set of another split than the one that `named_by` takes.
-pub fn check_split(folder: &Path, named_by: &str, expected: Split) -> Result<(), BenchError> {
-    match read_manifest(folder)?.content {
-        Content::Views { split: got } if got != expected => {
-            let (folder, named_by) = (folder.to_owned(), named_by.to_owned());
-            Err(FolderError::OtherSplit { folder, named_by, got, expected }.into())
-        }
-        // What is no view set is told by what reads it.
-        Content::Views { .. } | Content::Episode { .. } => Ok(()),
-    }
 }

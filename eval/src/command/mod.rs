@@ -33,6 +33,8 @@ mod task;
 #[cfg(feature = "train")]
 mod train;
 mod validation;
+#[cfg(feature = "train")]
+mod view_split;
 
 pub use baseline::baseline;
 pub use check::check;

@@ -2,7 +2,8 @@
 
 use crate::command::cli::TrainArgs;
 use crate::command::error::BenchError;
-use crate::command::folder::{FolderError, check_split};
+use crate::command::folder::FolderError;
+use crate::command::view_split::check_split;
 use crate::exit::Exit;
 use crate::pipeline::{Pipeline, StageError, train as train_into, train_on};
 use crate::result::output_folder::OutputFolder;

@@ -7,10 +7,11 @@ use super::figures::latents;
 use super::study_pages::{STUDY_FILE, study_pages};
 use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
-use crate::command::folder::{check_split, is_there};
+use crate::command::folder::is_there;
 use crate::command::places::places;
 use crate::command::report::{REPORT, page_of};
 use crate::command::sweep::Part;
+use crate::command::view_split::check_split;
 use crate::exit::Exit;
 use crate::pipeline::{
     ImportedViews, Pipeline, StudyViews, Teller, VariantModels, beside_or_supplied, finished_model,
