@@ -24,6 +24,7 @@
 //! | `shard` | a dataset written shard by shard, taken up where it was left, and its manifest |
 //! | `import` | what a reader leaves out, and what stops it |
 //! | `meeting`, `rigid`, `mean_pose`, `lens` | where lines of sight meet in spite of outliers; rotations from matrices; means; distortion |
+//! | `level_robot` | the robot of recordings that know a camera alone |
 //! | `principal_point` | intrinsics that are of another image |
 //!
 //! Writers take samples one by one. Those of crops and BOP hold no more than one shard of them; what a shard holds
@@ -42,6 +43,7 @@ pub mod hdf5;
 mod image_file;
 mod import;
 mod lens;
+mod level_robot;
 pub mod mat5;
 mod mean_pose;
 mod meeting;

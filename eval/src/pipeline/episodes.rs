@@ -1,16 +1,20 @@
 //! Stage `episode`: what a robot observes under each seed.
 
 use super::{Pipeline, StageError, code};
+use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use vantage_dataset::store::{Content, Key, read_manifest, verify, write_episode};
+use vantage_dataset::store::{Content, Key, read_manifest, read_truth, verify, write_episode};
 use vantage_dataset::{Seed, Split};
 use vantage_sim::error::SimError;
 use vantage_sim::object::{Fixture, MeshLibrary};
 use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::{RobotSpec, SensorSpec, WorldSpec};
 use vantage_sim::simulate;
+
+/// By so many degrees a recorded robot may tilt at the first step: three times the deviation that estimators give to objects.
+const MOST_TILT_DEG: f64 = 10.0;
 
 #[derive(Serialize)]
 struct Inputs<'a> {
@@ -98,7 +102,8 @@ pub fn recorded_caveat(episodes: &[SeedEpisode]) -> Result<String, StageError> {
     Ok(text)
 }
 
-/// Episodes that were recorded, each checked as far as its hashes go.
+/// Episodes that were recorded, each checked as far as its hashes go and for a robot that is level at the first step: its pose there is the
+/// estimators' world.
 fn recorded(folder: &Path, seeds: &[Seed]) -> Result<Vec<SeedEpisode>, StageError> {
     if !folder.is_dir() {
         return Err(StageError::NoEpisodes { folder: folder.to_owned() });
@@ -111,6 +116,12 @@ fn recorded(folder: &Path, seeds: &[Seed]) -> Result<Vec<SeedEpisode>, StageErro
         let manifest = verify(&folder)?;
         if manifest.content != (Content::Episode { seed }) {
             return Err(StageError::OtherEpisode { folder });
+        }
+        if let Some(first) = read_truth(&folder)?.world_from_robot.first() {
+            let degrees = (first.rotation * Vector3::z()).angle(&Vector3::z()).to_degrees();
+            if degrees > MOST_TILT_DEG {
+                return Err(StageError::TiltedRobot { folder, degrees, limit: MOST_TILT_DEG });
+            }
         }
         Ok((seed, Ok(EpisodeFolder { seed, folder, seal: manifest.seal })))
     };

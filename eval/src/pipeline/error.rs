@@ -80,6 +80,20 @@ pub enum StageError {
         /// The folder.
         folder: PathBuf,
     },
+    /// A recorded robot that estimators would take for level, and that is not.
+    #[error(
+        "{}: truth/robot.tum: the robot's z axis is {degrees:.0} degrees off the world's at the first step, at most {limit:.0} are estimated from; \
+         import it again, or give the robot a level frame and `robot_from_camera` the tilt",
+        folder.display()
+    )]
+    TiltedRobot {
+        /// The episode's folder.
+        folder: PathBuf,
+        /// Between the robot's z axis and the world's.
+        degrees: f64,
+        /// The most that is let pass.
+        limit: f64,
+    },
     /// Recorded episodes of a scene in which no robot drives, or that varies.
     #[error(
         "evaluation.episodes is for a scene in which a robot drives and nothing varies: leave it out, or copy the scene"
@@ -154,6 +168,7 @@ impl Ends for StageError {
             | Self::NoEpisodes { .. }
             | Self::NoEpisode { .. }
             | Self::OtherEpisode { .. }
+            | Self::TiltedRobot { .. }
             | Self::NotRecordable
             | Self::NothingHeldOut { .. } => Exit::BadInput,
             Self::NotFinite { .. } | Self::StoredAnswers { .. } => Exit::StoredDataInvalid,

@@ -3,7 +3,7 @@
 use super::annotations::{self, Written, difficulty};
 use super::grid::Station;
 use super::images::{self, WrittenImage};
-use super::import::robot_from_camera;
+use super::import::z_up_from_y_down;
 use super::movement::Movement;
 use super::name::{self, ScanName};
 use super::{HEADINGS, camera, labels};
@@ -99,7 +99,7 @@ impl AvdWriter {
             let path = folder.join("high_res_depth").join(depth);
             write_depth(&path, &millimetres(&capture.depth), width, height)?;
         }
-        let camera_from_world = capture.world_from_camera.inverse() * robot_from_camera();
+        let camera_from_world = capture.world_from_camera.inverse() * z_up_from_y_down();
         self.shots.push(Shot {
             station: Station::new(cluster, heading, &capture.world_from_camera),
             boxes,

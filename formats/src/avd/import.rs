@@ -9,6 +9,7 @@ use super::objects::{Evidence, place};
 use super::{camera, labels};
 use crate::Lens;
 use crate::import::{FETCH_AGAIN, ImportError, ImportReport};
+use crate::level_robot::robot_from_camera;
 use nalgebra::{Matrix3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -40,10 +41,9 @@ pub struct AvdScan {
     pub(super) folder: PathBuf,
 }
 
-/// The camera on the robot: the robot's x axis looks forward, where the camera does, and its z axis up.
-pub fn robot_from_camera() -> Pose {
-    let rows = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
-    rotation(rows)
+/// Turns a world whose y axis points down to one whose z axis points up.
+pub(super) fn z_up_from_y_down() -> Pose {
+    rotation(Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0))
 }
 
 fn rotation(matrix: Matrix3<f64>) -> Pose {
@@ -83,13 +83,14 @@ pub fn read_scan(folder: &Path) -> Result<AvdScan, ImportError> {
     report.views = found.len();
 
     let images: Vec<String> = registered.into_iter().map(|(name, _)| name).collect();
-    let camera_from_robot = robot_from_camera().inverse();
-    let world_from_robot: Vec<Pose> = world_from_camera.iter().map(|pose| pose * camera_from_robot).collect();
+    let robot_from_camera = robot_from_camera(&world_from_camera[0]);
+    let world_from_robot: Vec<Pose> =
+        world_from_camera.iter().map(|pose| pose * robot_from_camera.inverse()).collect();
     let scan = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let observations = Observations {
         timestamps: (0..images.len()).map(|step| step as f64).collect(),
         camera,
-        robot_from_camera: robot_from_camera(),
+        robot_from_camera,
         odometry: odometry(&world_from_robot),
         detections: found.iter().map(|found| found.detection.clone()).collect(),
         landmarks: Vec::new(),
@@ -149,7 +150,7 @@ fn world_from_reconstruction(folder: &Path, images: &[(String, Pose)]) -> Result
         return Err(ImportError::invalid(&path, "R, mean direction of down", got, "along y", remedy));
     }
     if cosine > 0.0 {
-        return Ok(robot_from_camera());
+        return Ok(z_up_from_y_down());
     }
     Ok(rotation(Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)))
 }

@@ -28,9 +28,7 @@ mod views;
 
 pub use export::AvdWriter;
 pub(crate) use import::odometry;
-pub use import::{
-    AvdScan, ODOMETRY_ROTATION_SIGMA, ODOMETRY_TRANSLATION_SIGMA, read_scan, robot_from_camera,
-};
+pub use import::{AvdScan, ODOMETRY_ROTATION_SIGMA, ODOMETRY_TRANSLATION_SIGMA, read_scan};
 pub use labels::ID_MAPS;
 pub use movement::Movement;
 pub use movement_graph::MovementGraph;

@@ -91,6 +91,8 @@ fn assert_same(arrangement: &BopArrangement, scene: &Rectangles) {
             assert!(detection.masked_crop == crop);
         }
     }
+    let up = |pose: &Pose| pose.rotation * Vector3::z();
+    assert!((up(&truth.world_from_robot[0]) - Vector3::z()).norm() < 1e-7, "level, as estimators take it");
     for (object, own) in truth.objects.iter().zip(&scene.objects) {
         let moved = object.world_from_object.translation.vector - own.world_from_object.translation.vector;
         assert!(moved.norm() < 1e-6, "{moved}");

@@ -11,8 +11,9 @@ mod seen;
 mod symmetry;
 mod upright;
 
-use crate::avd::{odometry, robot_from_camera};
+use crate::avd::odometry;
 use crate::import::{ImportError, ImportReport};
+use crate::level_robot::robot_from_camera;
 use arrangement::{Arrangement, arrangements};
 use files::{Frame, read_frames};
 pub use masks::Silhouettes;
@@ -137,12 +138,14 @@ impl BopScenes {
         }
         let seen = sights.see(arrangement, &tracks);
         let camera = seen.camera?;
-        let world_from_camera = seen
+        let world_from_camera: Vec<Pose> = seen
             .frames
             .iter()
-            .map(|&frame| upright.world_from_arrangement * arrangement.arrangement_from_camera[frame]);
+            .map(|&frame| upright.world_from_arrangement * arrangement.arrangement_from_camera[frame])
+            .collect();
+        let robot_from_camera = robot_from_camera(world_from_camera.first()?);
         let world_from_robot: Vec<Pose> =
-            world_from_camera.map(|pose| pose * robot_from_camera().inverse()).collect();
+            world_from_camera.iter().map(|pose| pose * robot_from_camera.inverse()).collect();
         if world_from_robot.len() < LEAST_IMAGES {
             sights
                 .report
@@ -156,7 +159,7 @@ impl BopScenes {
         let observations = Observations {
             timestamps: (0..world_from_robot.len()).map(|step| step as f64).collect(),
             camera,
-            robot_from_camera: robot_from_camera(),
+            robot_from_camera,
             odometry: odometry(&world_from_robot),
             detections: seen.detections,
             landmarks: Vec::new(),

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use vantage_dataset::store::{Provenance, StoreError, read_episode, write_episode};
 use vantage_dataset::{Camera, Capture, InstanceId, ObjectTruth, Pose, Split};
-use vantage_formats::avd::{AvdScan, AvdWriter, GRID, Movement, read_scan, robot_from_camera};
+use vantage_formats::avd::{AvdScan, AvdWriter, GRID, Movement, read_scan};
 use vantage_formats::mat5::{self, Value};
 use vantage_formats::{ImportError, Problem};
 
@@ -15,6 +15,15 @@ const SCAN: &str = "Home_101_1";
 
 fn camera() -> Camera {
     Camera { width: 192, height: 108, fx: 105.0, fy: 106.0, cx: 95.0, cy: 55.0 }
+}
+
+/// Ahead, and five degrees down.
+fn robot_from_camera() -> Pose {
+    Pose::face_towards(
+        &Point3::origin(),
+        &Point3::new((PI / 36.0).cos(), 0.0, -(PI / 36.0).sin()),
+        &-Vector3::z(),
+    )
 }
 
 fn balls() -> Vec<Ball> {
@@ -106,7 +115,7 @@ fn an_export_reads_back_as_the_episode_it_was() {
         for heading in 0..12 {
             let truth = shot(cluster, heading);
             let robot = episode.truth.world_from_robot[step(cluster as usize, heading as usize)];
-            let error = (robot * robot_from_camera()).inv_mul(&truth.world_from_camera);
+            let error = (robot * episode.observations.robot_from_camera).inv_mul(&truth.world_from_camera);
             assert!(error.translation.vector.norm() < 1e-9 && error.rotation.angle() < 1e-7);
             for object in &truth.objects {
                 let read = detection.next().unwrap();
@@ -116,6 +125,8 @@ fn an_export_reads_back_as_the_episode_it_was() {
         }
     }
     assert!(detection.next().is_none());
+    let up = episode.truth.world_from_robot[0].rotation * Vector3::z();
+    assert!((up - Vector3::z()).norm() < 1e-7, "the robot is level though its camera is not: {up}");
     assert_eq!(scan.report.views, episode.observations.detections.len());
     for (read, truth) in episode.truth.objects.iter().zip(truths()) {
         let off =
