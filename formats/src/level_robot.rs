@@ -3,11 +3,11 @@
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use vantage_dataset::Pose;
 
-/// The sine of the angle between the optical axis and the vertical from which on the axis tells no heading: one degree.
+/// Where the sine of the angle between the optical axis and the vertical is no more than this, one degree, the axis tells no heading.
 const HEADS: f64 = 0.0175;
 
-/// The camera on a robot that stands at the camera, level at the first step: its z axis is the world's there, and its x axis heads where
-/// the camera looks. Where the camera looks straight down or up, the upper or the lower edge of its image is ahead.
+/// The camera on a robot that stands at the camera and is level at the first step. There the robot's z axis is the world's, and its x axis
+/// heads where the camera looks. If that is straight down, the upper edge of the image is ahead; if straight up, the lower edge.
 ///
 /// Estimators take the first pose for level, as a robot knows gravity. Later poses tilt with the camera.
 pub(crate) fn robot_from_camera(world_from_first_camera: &Pose) -> Pose {

@@ -107,7 +107,7 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
     tilted.truth.world_from_robot.iter_mut().for_each(|pose| *pose *= tilt);
     tilted.observations.robot_from_camera = tilt.inverse() * tilted.observations.robot_from_camera;
     write_episode(&scene.path("tilted/0"), &tilted, Default::default()).unwrap();
-    recorded("1", "tilted").expect(2, &["tilted/0: truth/robot.tum", "20 degrees off", "import it again"]);
+    recorded("1", "tilted").expect(2, &["tilted/0: truth/robot.tum", "20.1 degrees off", "import it again"]);
     recorded("4", "episodes").expect(0, &["note: The episodes were recorded."]);
     for command in ["look", "headroom", "calibrate"] {
         Finished::of(&mut scene.on(&[command], "recorded.yaml")).expect(2, &["this command simulates"]);

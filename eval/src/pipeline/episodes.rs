@@ -13,7 +13,7 @@ use vantage_sim::render::RendererInfo;
 use vantage_sim::scene::{RobotSpec, SensorSpec, WorldSpec};
 use vantage_sim::simulate;
 
-/// By so many degrees a recorded robot may tilt at the first step: three times the deviation that estimators give to objects.
+/// The most degrees by which a recorded robot may tilt at the first step: three and a half times the default `tilt_sigma` of objects.
 const MOST_TILT_DEG: f64 = 10.0;
 
 #[derive(Serialize)]
@@ -102,7 +102,7 @@ pub fn recorded_caveat(episodes: &[SeedEpisode]) -> Result<String, StageError> {
     Ok(text)
 }
 
-/// Episodes that were recorded, each checked as far as its hashes go and for a robot that is level at the first step: its pose there is the
+/// Episodes that were recorded, each checked as far as its hashes go. The robot has to be level at the first step, as its pose there is the
 /// estimators' world.
 fn recorded(folder: &Path, seeds: &[Seed]) -> Result<Vec<SeedEpisode>, StageError> {
     if !folder.is_dir() {

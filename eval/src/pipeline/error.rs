@@ -82,7 +82,7 @@ pub enum StageError {
     },
     /// A recorded robot that estimators would take for level, and that is not.
     #[error(
-        "{}: truth/robot.tum: the robot's z axis is {degrees:.0} degrees off the world's at the first step, at most {limit:.0} are estimated from; \
+        "{}: truth/robot.tum: the robot's z axis is {degrees:.1} degrees off the world's at the first step, where estimators take it for level and {limit:.0} is the most; \
          import it again, or give the robot a level frame and `robot_from_camera` the tilt",
         folder.display()
     )]

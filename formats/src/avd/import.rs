@@ -54,8 +54,9 @@ fn rotation(matrix: Matrix3<f64>) -> Pose {
 /// Reads the scan in `folder`.
 ///
 /// Steps are the registered images in the order of their names, one a second. Positions are in metres, and the world's
-/// z axis is the vertical y axis of the reconstruction, upward. The odometry is the true motion, with a covariance that
-/// is merely stated ([`ODOMETRY_ROTATION_SIGMA`], [`ODOMETRY_TRANSLATION_SIGMA`]): add noise for an honest trial.
+/// z axis is the vertical y axis of the reconstruction, upward. The robot stands at the camera and is level at the first
+/// step; its x axis heads there where the camera looks. The odometry is the true motion, with a covariance that is merely
+/// stated ([`ODOMETRY_ROTATION_SIGMA`], [`ODOMETRY_TRANSLATION_SIGMA`]): add noise for an honest trial.
 ///
 /// Boxes are freed of the lens's distortion, edges on the image's border excepted, so that the episode's ideal camera
 /// fits them; crops are cut from images as they are. There are no masks: the masked crop is the boxed one, and the
