@@ -1,7 +1,7 @@
 //! What is made of a study's raw scores beside its tables: the law of composites, where its variants differ in them.
 
 use crate::figure::FigureError;
-use crate::figure::law::{Law, Line, law_png, law_svg};
+use crate::figure::law::{Law, Line, Panel, law_png, law_svg};
 use crate::result::metric::Metric;
 use crate::result::results_file::Results;
 use crate::result::table::Table;
@@ -27,7 +27,7 @@ pub fn study_pages(
 }
 
 /// Of the most known views: a line for each number of families of which there are models with several numbers of composites, and that
-/// differ in nothing else. Where lines differ in a setting of the model, each name has it.
+/// differ in nothing else. Where lines differ in settings of the model, there is a panel for each.
 fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let known = study.known_views.iter().max()?;
     let table = results.table(&format!("known_views_{known}"))?;
@@ -51,7 +51,7 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
         .into_iter()
         .filter(|&key| models.windows(2).any(|two| two[0].get(key) != two[1].get(key)))
         .collect();
-    let mut lines = Vec::new();
+    let mut panels: Vec<Panel> = Vec::new();
     // Those of most families first.
     for ((families, _), variants) in by_families.iter().rev() {
         let of = |row: &dyn Fn(&str) -> String| -> Vec<(usize, f64)> {
@@ -69,24 +69,26 @@ fn law(study: &StudyFile, results: &Results) -> Option<Law> {
         };
         let own =
             differ.iter().map(|&key| match variants.first().and_then(|(_, first)| first.model.get(key)) {
-                Some(Value::String(word)) => format!(", {key} {word}"),
-                Some(value) => format!(", {key} {value}"),
-                None => format!(", {key} of the scene"),
+                Some(Value::String(word)) => format!("{key} {word}"),
+                Some(value) => format!("{key} {value}"),
+                None => format!("{key} of the scene"),
             });
-        let name = name + &own.collect::<String>();
-        let process = format!("{name}, with a process");
-        for (name, is_process, points) in
-            [(name, false, of(&|name| name.to_owned())), (process, true, of(&|name| with_process(name)))]
-        {
-            lines.push(Line { name, is_process, points });
+        let own = own.collect::<Vec<_>>().join(", ");
+        let lines = [(false, of(&|name| name.to_owned())), (true, of(&|name| with_process(name)))]
+            .into_iter()
+            .filter(|(_, points)| !points.is_empty())
+            .map(|(is_process, points)| Line { name: name.clone(), is_process, points });
+        match panels.iter_mut().find(|panel| panel.name == own) {
+            Some(panel) => panel.lines.extend(lines),
+            None => panels.push(Panel { name: own, lines: lines.collect() }),
         }
     }
-    lines.retain(|line| !line.points.is_empty());
+    panels.retain(|panel| !panel.lines.is_empty());
     let floor =
         degrees(table, GAUSSIAN_PROCESS).map(|error| ("Gaussian process on pixels".to_owned(), error));
     let views = if *known == 1 { "view" } else { "views" };
     let title = format!("{}: azimuths from {known} known {views}", study.name);
-    (!lines.is_empty()).then_some(Law { title, composites, lines, floor })
+    (!panels.is_empty()).then_some(Law { title, composites, panels, floor })
 }
 
 fn degrees(table: &Table, row: &str) -> Option<f64> {
@@ -138,19 +140,21 @@ mod tests {
         assert_eq!(law.composites, [0, 5, 9]);
         let told = |(i, error): (usize, f64)| (i, error.round());
         let lines: Vec<_> = law
-            .lines
+            .panels
             .iter()
-            .map(|line| {
-                (&*line.name, line.is_process, line.points.iter().copied().map(told).collect::<Vec<_>>())
+            .flat_map(|panel| panel.lines.iter().map(move |line| (&*panel.name, line)))
+            .map(|(panel, line)| {
+                let points: Vec<_> = line.points.iter().copied().map(told).collect();
+                (panel, &*line.name, line.is_process, points)
             })
             .collect();
         assert_eq!(
             lines,
             [
-                ("2 families, frames of the scene", false, vec![(0, 60.0), (2, 50.0)]),
-                ("2 families, frames of the scene, with a process", true, vec![(2, 40.0)]),
-                ("2 families, frames none", false, vec![(0, 65.0), (2, 20.0)]),
-                ("composites alone, frames of the scene", false, vec![(1, 55.0), (2, 45.0)]),
+                ("frames of the scene", "2 families", false, vec![(0, 60.0), (2, 50.0)]),
+                ("frames of the scene", "2 families", true, vec![(2, 40.0)]),
+                ("frames of the scene", "composites alone", false, vec![(1, 55.0), (2, 45.0)]),
+                ("frames none", "2 families", false, vec![(0, 65.0), (2, 20.0)]),
             ]
         );
         assert_eq!(law.floor.clone().map(|(_, error)| error.round()), Some(30.0));
