@@ -27,7 +27,7 @@ pub fn study_pages(
 }
 
 /// Of the most known views: a line for each number of families of which there are models with several numbers of composites, and that
-/// differ in nothing else. Where lines differ in settings of the model, there is a panel for each.
+/// differ in nothing else. Where lines differ in settings of the model, there is a panel for each combination.
 fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let known = study.known_views.iter().max()?;
     let table = results.table(&format!("known_views_{known}"))?;

@@ -27,7 +27,7 @@ pub struct Law {
     pub title: String,
     /// Numbers of composites, from least to most: the places along the axis.
     pub composites: Vec<usize>,
-    /// Side by side, with one axis of errors and one key.
+    /// Side by side, with the same scale of errors, and one key for all.
     pub panels: Vec<Panel>,
     /// An error that no composites lower: its name, and degrees.
     pub floor: Option<(String, f64)>,
