@@ -16,6 +16,11 @@ pub const STUDY_FILE: &str = "study.json";
 /// More families than there are.
 const ALL: usize = usize::MAX;
 
+/// Name of the table of azimuths from `known` views.
+pub fn known_views_table(known: usize) -> String {
+    format!("known_views_{known}")
+}
+
 /// The name and the bytes of each figure; none of a study whose variants do not differ in composites, or that tells no azimuths from known
 /// views.
 pub fn study_pages(
@@ -30,7 +35,7 @@ pub fn study_pages(
 /// differ in nothing else. Where lines differ in settings of the model, there is a panel for each combination.
 fn law(study: &StudyFile, results: &Results) -> Option<Law> {
     let known = study.known_views.iter().max()?;
-    let table = results.table(&format!("known_views_{known}"))?;
+    let table = results.table(&known_views_table(*known))?;
     let mut by_families: BTreeMap<(usize, String), Vec<(usize, &Variant)>> = BTreeMap::new();
     for variant in &study.variants {
         if let Some(composites) = variant.composites {

@@ -4,7 +4,7 @@ mod scores;
 mod worst;
 
 use super::figures::latents;
-use super::study_pages::{STUDY_FILE, study_pages};
+use super::study_pages::{STUDY_FILE, known_views_table, study_pages};
 use crate::command::cli::StudyArgs;
 use crate::command::error::BenchError;
 use crate::command::folder::is_there;
@@ -31,7 +31,7 @@ use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
 use crate::scene_file::study::{Scored, StudyFile, VariantError};
 use crate::score::known_views::known_view_scores;
 use crate::score::unseen_table::OF_LATENTS;
-use scores::{StudyScores, known_views_table};
+use scores::StudyScores;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::iter;

@@ -1,5 +1,6 @@
 //! The scores of a study as they come, and the tables of them.
 
+use crate::command::study_pages::known_views_table;
 use crate::result::run::{Outcome, Run};
 use crate::result::table::{Table, TableError};
 use crate::scene_file::row_name::{GAUSSIAN_PROCESS, with_process};
@@ -79,11 +80,6 @@ impl StudyScores {
         };
         runs.map(table).chain(of_known).collect()
     }
-}
-
-/// Name of the table of azimuths from `known` views.
-pub fn known_views_table(known: usize) -> String {
-    format!("known_views_{known}")
 }
 
 /// The mean of each score over the sets of test instances; undefined where it is in any of them.
