@@ -75,7 +75,10 @@ fn tiny_dataset() -> BTreeMap<String, Vec<u8>> {
     let camera = |_| json!({ "cam_K": [SIDE, 0, 7.5, 0, SIDE, 7.5, 0, 0, 1] });
     // The model's z axis points up in the image.
     let upright = [1, 0, 0, 0, 0, -1, 0, 1, 0];
-    let placed = |object: u32, image: u32| json!({ "obj_id": 1, "cam_R_m2c": upright, "cam_t_m2c": [20 * image + 150 * object, 0, 500] });
+    let placed = |object: u32, image: u32| {
+        let millimetres = [20 * image + 150 * object, 0, 500];
+        json!({ "obj_id": 1, "cam_R_m2c": upright, "cam_t_m2c": millimetres })
+    };
     let gt = |image: u32| (0..OBJECTS).map(|object| placed(object, image)).collect();
     let seen = |object: u32| json!({ "bbox_visib": [left(object), 6, 3, 3], "visib_fract": 1 });
     let info = |_: u32| (0..OBJECTS).map(seen).collect();
