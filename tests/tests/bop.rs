@@ -29,6 +29,7 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
         };
         for (a, b) in cameras(&read).iter().zip(cameras(&own)) {
             assert!((a.translation.vector - b.translation.vector).norm() < 1e-8);
+            assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
         }
         let place = |episode: &Episode, track: usize| {
             episode.truth.objects[track].world_from_object.translation.vector
@@ -42,6 +43,7 @@ fn what_was_written_as_bop_is_read_as_the_same_episodes() {
             let same = same.unwrap();
             assert_eq!(same.bounding_box, detection.bounding_box);
             assert_eq!(same.mask_pixels, detection.mask_pixels);
+            assert!(same.masked_crop == detection.masked_crop);
         }
         assert!(
             seen.odometry[0].robot_from_robot

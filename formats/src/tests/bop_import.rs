@@ -33,7 +33,7 @@ impl Silhouettes for Outlines {
 }
 
 /// No dataset here needs to be drawn.
-struct Never;
+pub(super) struct Never;
 
 impl Silhouettes for Never {
     fn ids(&mut self, _: &Camera, _: &[(&MeshGeometry, Pose)]) -> Result<Vec<u32>, String> {
@@ -373,16 +373,4 @@ fn hostile_meshes_are_models_without_a_surface() {
         let told = report.skipped.iter().any(|skipped| skipped.file.ends_with("obj_000002.ply"));
         assert!(told, "{text:?}: {report:?}");
     }
-}
-
-#[cfg(unix)]
-#[test]
-fn what_is_no_regular_file_is_not_opened() {
-    let (folder, _) = written();
-    let path = folder.path().join("train/000000/scene_camera.json");
-    fs::remove_file(&path).unwrap();
-    let made = std::process::Command::new("mkfifo").arg(&path).status().unwrap();
-    assert!(made.success());
-    let error = try_read(folder.path(), &mut Never).unwrap_err().to_string();
-    assert!(error.contains("scene_camera.json"), "{error}");
 }

@@ -2,6 +2,7 @@
 
 mod bop;
 mod bop_damage;
+mod bop_faults;
 mod bop_import;
 mod crops;
 mod faults;

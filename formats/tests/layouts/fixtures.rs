@@ -14,7 +14,8 @@ fn folder(name: &str) -> Option<PathBuf> {
     let root = root.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
     let folder = root.join("data/formats/fixtures_SYNTHETIC").join(name);
     if !folder.is_dir() {
-        println!("skipped: {} is absent", folder.display());
+        let told = format!("SKIPPED: {} is absent; set VANTAGE_SHARED\n", folder.display());
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), told.as_bytes());
         return None;
     }
     Some(folder)

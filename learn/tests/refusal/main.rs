@@ -293,7 +293,8 @@ fn foreign_models_are_refused() {
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
     let found = onnx_files(&shared.join("data/onnx"));
     if found.is_empty() {
-        println!("skipped: no ONNX files in {:?}; set VANTAGE_SHARED", shared.join("data/onnx"));
+        let told = format!("SKIPPED: no ONNX files in {:?}; set VANTAGE_SHARED\n", shared.join("data/onnx"));
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), told.as_bytes());
         return;
     }
     for path in found {

@@ -24,7 +24,8 @@ pub(super) fn bop(
     progress: &Progress,
 ) -> Result<(Imported, ImportReport), BenchError> {
     let mut report = ImportReport::default();
-    let bop = BopScenes::open(&args.source, &mut report)?;
+    let mut bop = BopScenes::open(&args.source, &mut report)?;
+    bop.lone_object_stands = args.views;
     let limits = like.map_or(LIMITS, Like::limits);
     let mut drawing = Drawing { renderer: ReferenceRenderer::new(), models: Vec::new() };
     let stage = progress.stage("scenes", bop.scenes.len() as u64);

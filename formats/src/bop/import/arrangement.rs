@@ -24,12 +24,14 @@ pub(super) struct Arrangement<'a> {
 }
 
 /// The arrangements of a scene, in the order of its images.
-pub(super) fn arrangements(frames: &[Frame]) -> Vec<Arrangement<'_>> {
+pub(super) fn arrangements(frames: &[Frame], lone_object_stands: bool) -> Vec<Arrangement<'_>> {
     let is_given = frames.iter().all(|frame| frame.world_from_camera.is_some());
+    let is_lone = frames.iter().all(|frame| frame.objects.len() <= 1);
+    let least_agreeing = if lone_object_stands && is_lone { 1 } else { AGREEING };
     let mut found = Vec::new();
     let mut first = 0;
     while first < frames.len() {
-        let arrangement = arrangement(&frames[first..], is_given);
+        let arrangement = arrangement(&frames[first..], is_given, least_agreeing);
         first += arrangement.frames.len();
         found.push(arrangement);
     }
@@ -37,14 +39,14 @@ pub(super) fn arrangements(frames: &[Frame]) -> Vec<Arrangement<'_>> {
 }
 
 /// The longest that the first images make.
-fn arrangement(frames: &[Frame], is_given: bool) -> Arrangement<'_> {
+fn arrangement(frames: &[Frame], is_given: bool, least_agreeing: usize) -> Arrangement<'_> {
     let mut known = Known::default();
     let mut cameras = Vec::new();
     for frame in frames {
         let given = frame.world_from_camera.filter(|_| is_given);
         // That of the first image is the arrangement's frame.
         let first = cameras.is_empty().then(Pose::identity);
-        let Some(camera) = given.or(first).or_else(|| known.camera(frame)) else { break };
+        let Some(camera) = given.or(first).or_else(|| known.camera(frame, least_agreeing)) else { break };
         let mut with_it = known.clone();
         with_it.add(frame, &camera);
         if !cameras.is_empty() && 3 * with_it.moved.len() > with_it.placed.len() {
@@ -75,8 +77,8 @@ impl Known {
         self.placed.iter().filter(|(key, _)| !self.moved.contains(key))
     }
 
-    /// The camera's pose that most standing objects agree on.
-    fn camera(&self, frame: &Frame) -> Option<Pose> {
+    /// The camera's pose that most standing objects agree on, at least so many.
+    fn camera(&self, frame: &Frame, least_agreeing: usize) -> Option<Pose> {
         let standing: BTreeMap<&Key, &Vec<Pose>> = self.standing().collect();
         let by_object: Vec<Pose> = frame
             .objects
@@ -95,7 +97,7 @@ impl Known {
             frame.objects.iter().filter(agrees).map(of).collect()
         };
         let best = by_object.iter().map(agreeing).reduce(|a, b| if b.len() > a.len() { b } else { a })?;
-        (best.len() >= AGREEING).then(|| mean_pose(&best))
+        (best.len() >= least_agreeing).then(|| mean_pose(&best))
     }
 
     fn add(&mut self, frame: &Frame, camera: &Pose) {
@@ -154,7 +156,7 @@ mod tests {
     #[test]
     fn cameras_follow_from_what_stands_still() {
         let frames = frames(4, &[]);
-        let found = arrangements(&frames);
+        let found = arrangements(&frames, false);
         assert_eq!(lengths(&found), [4]);
         let (first, last) = (&frames[0].objects[2], &frames[3].objects[2]);
         let moved = first.camera_from_model * last.camera_from_model.inverse();
@@ -167,7 +169,7 @@ mod tests {
     fn a_few_that_move_are_left_out_and_many_make_another_arrangement() {
         let moves = [(0, 2), (1, 4), (2, 6), (3, 6), (4, 6)];
         let frames = frames(9, &moves);
-        let found = arrangements(&frames);
+        let found = arrangements(&frames, false);
         assert_eq!(lengths(&found), [6, 3]);
         let moved: Vec<u32> = found[0].moved.iter().map(|key| key.object).collect();
         assert_eq!((moved, found[0].placements.len()), (vec![0, 1], 4));
@@ -175,21 +177,25 @@ mod tests {
     }
 
     #[test]
-    fn one_object_alone_tells_no_camera() {
+    fn one_object_alone_tells_the_camera_where_it_is_taken_to_stand() {
         let mut frames = frames(3, &[]);
         frames.iter_mut().for_each(|frame| frame.objects.truncate(1));
-        assert_eq!(lengths(&arrangements(&frames)), [1, 1, 1]);
+        assert_eq!(lengths(&arrangements(&frames, false)), [1, 1, 1]);
+        assert_eq!(lengths(&arrangements(&frames, true)), [3]);
+        let mut exchanged = frames.clone();
+        exchanged[2].objects[0].key.object = 7;
+        assert_eq!(lengths(&arrangements(&exchanged, true)), [2, 1]);
         for frame in &mut frames {
             frame.world_from_camera = Some(frame.objects[0].camera_from_model.inverse());
         }
-        assert_eq!(lengths(&arrangements(&frames)), [3]);
+        assert_eq!(lengths(&arrangements(&frames, false)), [3]);
     }
 
     #[test]
     fn images_without_objects_say_nothing_of_those_after_them() {
         let mut frames = frames(5, &[]);
         frames.iter_mut().take(2).for_each(|frame| frame.objects.clear());
-        let found = arrangements(&frames);
+        let found = arrangements(&frames, false);
         assert_eq!(lengths(&found), [1, 1, 3]);
         assert!(found[0].placements.is_empty() && found[2].placements.len() == 6);
     }
@@ -201,7 +207,7 @@ mod tests {
             let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
             frame.objects[i % 6].camera_from_model.translation.vector.x += sign * 0.004;
         }
-        let found = arrangements(&frames);
+        let found = arrangements(&frames, false);
         assert_eq!((lengths(&found), found[0].moved.len()), (vec![8], 0));
     }
 }

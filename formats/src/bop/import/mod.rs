@@ -54,7 +54,8 @@ impl BopScenes {
     ///
     /// Steps are the images of an arrangement in the order of their numbers, one a second. An arrangement goes on as long as two in three of
     /// its objects have not moved; objects that have moved by its end are none of its tracks. The camera's pose is that of
-    /// `cam_R_w2c` where it is given, and the one that most standing objects agree on elsewhere.
+    /// `cam_R_w2c` where it is given, and the one that most standing objects agree on elsewhere, two at least but for
+    /// [`BopScenes::lone_object_stands`].
     ///
     /// The world's z axis is the one that most models' z axes have in common, or that of `cam_R_w2c`. An object's frame has its origin at
     /// the centre of its model's bounding box and the model's axes; that of an object that does not stand on its base is upright
@@ -77,7 +78,7 @@ impl BopScenes {
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut read = Vec::new();
         let mut faint = 0;
-        for (number, arrangement) in arrangements(&frames).into_iter().enumerate() {
+        for (number, arrangement) in arrangements(&frames, self.lone_object_stands).into_iter().enumerate() {
             let name = format!("{name}_{number:02}");
             if arrangement.frames.len() < LEAST_IMAGES {
                 let images = arrangement.frames.len();

@@ -21,6 +21,9 @@ const NAMED: usize = 10;
 pub struct BopScenes {
     /// The scenes' folders, by name.
     pub scenes: Vec<PathBuf>,
+    /// Whether the object of a scene whose images show one at most is taken to stand still, so that it tells the camera's pose; `false` at
+    /// first. Where it turned before the camera, its views are right, and the robot's way is none.
+    pub lone_object_stands: bool,
     pub(super) models: BTreeMap<u32, ReadModel>,
     /// The file that lists the models.
     pub(super) models_info: PathBuf,
@@ -47,7 +50,7 @@ impl BopScenes {
         let dataset = name_of(root);
         let models_info = models.join(INFO);
         let models = read_models(&models, report)?;
-        Ok(Self { scenes, models, models_info, dataset })
+        Ok(Self { scenes, lone_object_stands: false, models, models_info, dataset })
     }
 }
 
