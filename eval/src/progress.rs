@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How much a process says of what it is about.
@@ -40,8 +40,10 @@ enum Target {
     Notes,
     Within { said: Arc<Mutex<BTreeSet<String>>>, outer: Option<Outer> },
     Bars,
-    Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration },
+    Lines { sink: Sink, pause: Duration },
 }
+
+type Sink = Arc<Mutex<dyn Write + Send>>;
 
 /// The stage that others are within.
 #[derive(Clone)]
@@ -51,7 +53,7 @@ struct Outer {
     shown: Arc<Shown>,
 }
 
-/// Seconds between two lines of one stage.
+/// Between two lines of one stage, whether steps are done or not.
 const PAUSE: Duration = Duration::from_secs(20);
 
 impl Progress {
@@ -81,7 +83,7 @@ impl Progress {
         Self(Target::Within { said, outer: Some(outer) })
     }
 
-    /// Lines on `sink`, no two of one stage within `pause` but the first and last.
+    /// Lines on `sink`, one of a stage each `pause`, and its last.
     pub fn lines_to(sink: impl Write + Send + 'static, pause: Duration) -> Self {
         Self(Target::Lines { sink: Arc::new(Mutex::new(sink)), pause })
     }
@@ -114,18 +116,24 @@ impl Progress {
             }
             Target::Bars => {
                 let bar = ProgressBar::new(total).with_message(name.to_owned());
-                if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {pos}/{len}, {eta} left") {
+                if let Ok(style) = ProgressStyle::with_template(
+                    "{msg:24} {bar:30} {pos}/{len}, {elapsed} so far, {eta} left",
+                ) {
                     bar.set_style(style);
                 }
+                bar.enable_steady_tick(Duration::from_secs(1));
                 Shown::Bar(bar)
             }
             Target::Lines { sink, pause } => Shown::Lines {
                 sink: Arc::clone(sink),
                 pause: *pause,
-                state: Mutex::new(LineState { done: 0, last: now }),
+                state: Mutex::new(LineState { done: 0, last: now, ended: false }),
+                end: Condvar::new(),
             },
         };
-        Stage { name: name.to_owned(), total, start: now, shown: Arc::new(shown) }
+        let stage = Stage { name: name.to_owned(), total, start: now, shown: Arc::new(shown) };
+        stage.beat();
+        stage
     }
 }
 
@@ -140,22 +148,47 @@ pub struct Stage {
 enum Shown {
     Nowhere,
     Bar(ProgressBar),
-    Lines { sink: Arc<Mutex<dyn Write + Send>>, pause: Duration, state: Mutex<LineState> },
+    Lines { sink: Sink, pause: Duration, state: Mutex<LineState>, end: Condvar },
     Within { outer: Outer, done: Mutex<u64> },
 }
 
 struct LineState {
     done: u64,
     last: Instant,
+    ended: bool,
 }
 
 impl Stage {
+    /// Goes on saying how far a stage is whose steps take longer than the pause between lines.
+    fn beat(&self) {
+        let Shown::Lines { pause, .. } = &*self.shown else { return };
+        if pause.is_zero() {
+            return;
+        }
+        let (shown, name, total, start) =
+            (Arc::clone(&self.shown), self.name.clone(), self.total, self.start);
+        std::thread::spawn(move || {
+            let Shown::Lines { sink, pause, state, end } = &*shown else { return };
+            let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+            while !state.ended {
+                let rest = pause.saturating_sub(state.last.elapsed());
+                if rest.is_zero() {
+                    state.last = Instant::now();
+                    let seconds = start.elapsed().as_secs();
+                    print(sink, &format!("{name}: {} of {total}, {seconds} s so far", state.done));
+                } else {
+                    state = end.wait_timeout(state, rest).unwrap_or_else(PoisonError::into_inner).0;
+                }
+            }
+        });
+    }
+
     /// Notes that `steps` more are done.
     pub fn advance(&self, steps: u64) {
         match &*self.shown {
             Shown::Nowhere => {}
             Shown::Bar(bar) => bar.inc(steps),
-            Shown::Lines { sink, pause, state } => {
+            Shown::Lines { sink, pause, state, .. } => {
                 let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
                 state.done += steps;
                 if state.done < self.total && state.last.elapsed() >= *pause {
@@ -178,7 +211,7 @@ impl Outer {
         match &*self.shown {
             Shown::Nowhere | Shown::Within { .. } => {}
             Shown::Bar(bar) => bar.set_message(format!("{}, {within}", self.name)),
-            Shown::Lines { sink, pause, state } => {
+            Shown::Lines { sink, pause, state, .. } => {
                 let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
                 if state.last.elapsed() >= *pause {
                     state.last = Instant::now();
@@ -195,9 +228,11 @@ impl Drop for Stage {
         match &*self.shown {
             Shown::Nowhere | Shown::Within { .. } => {}
             Shown::Bar(bar) => bar.finish_and_clear(),
-            Shown::Lines { sink, state, .. } => {
-                let done = state.lock().unwrap_or_else(PoisonError::into_inner).done;
-                print(sink, &format!("{}: {done} of {} in {seconds:.1} s", self.name, self.total));
+            Shown::Lines { sink, state, end, .. } => {
+                let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+                state.ended = true;
+                end.notify_all();
+                print(sink, &format!("{}: {} of {} in {seconds:.1} s", self.name, state.done, self.total));
             }
         }
     }
@@ -219,9 +254,9 @@ mod tests {
     use super::*;
 
     #[derive(Clone, Default)]
-    struct Sink(Arc<Mutex<Vec<u8>>>);
+    struct Written(Arc<Mutex<Vec<u8>>>);
 
-    impl Write for Sink {
+    impl Write for Written {
         fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
             self.0.lock().unwrap().write(bytes)
         }
@@ -232,7 +267,7 @@ mod tests {
     }
 
     fn lines(pause: Duration) -> Vec<String> {
-        let sink = Sink::default();
+        let sink = Written::default();
         let stage = Progress::lines_to(sink.clone(), pause).stage("render", 4);
         std::thread::scope(|scope| {
             for _ in 0..4 {
@@ -259,8 +294,22 @@ mod tests {
     }
 
     #[test]
+    fn a_long_step_does_not_look_like_a_hang() {
+        let sink = Written::default();
+        let stage = Progress::lines_to(sink.clone(), Duration::from_millis(1)).stage("render", 4);
+        while sink.0.lock().unwrap().is_empty() {
+            std::thread::yield_now();
+        }
+        drop(stage);
+        let text = String::from_utf8(sink.0.lock().unwrap().clone()).unwrap();
+        let first = text.lines().next().unwrap();
+        assert!(first.starts_with("render: 0 of 4, ") && first.ends_with(" s so far"), "{text}");
+        assert!(text.lines().last().unwrap().starts_with("render: 0 of 4 in "), "{text}");
+    }
+
+    #[test]
     fn a_stage_within_another_is_said_on_the_lines_of_that() {
-        let sink = Sink::default();
+        let sink = Written::default();
         let cells = Progress::lines_to(sink.clone(), Duration::ZERO).stage("cells", 2);
         let estimates = Progress::notes_once().within(&cells).stage("estimates", 2);
         estimates.advance(1);
